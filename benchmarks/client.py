@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import tyro
@@ -28,24 +27,15 @@ from tests.golden.examples import EXAMPLES
 WAYS = "raw Zenoh", "Arm", "AsyncArm"
 
 
-@dataclass(frozen=True, slots=True)
-class Flags:
-    """Measure the overhead of the client library over raw Zenoh.
+def main(requests: int = 3000, serve: str | None = None) -> None:
+    """Measure the overhead of the client library over raw Zenoh; print and save it.
 
-    Attributes:
+    Args:
         requests: Number of requests by each way.
         serve: Reply at this endpoint instead, until standard input ends.
     """
-
-    requests: int = 3000
-    serve: str | None = None
-
-
-def main() -> None:
-    """Measure, print, save."""
-    flags = tyro.cli(Flags)
-    if flags.serve:
-        serve(flags.serve)
+    if serve:
+        reply_to_status(serve)
         return
     endpoint = free_endpoint()
     line = [sys.executable, "-m", "benchmarks.client", "--serve", endpoint]
@@ -53,13 +43,13 @@ def main() -> None:
         try:
             while not arm.bus.is_alive("controller"):
                 time.sleep(0.05)
-            times = asyncio.run(measure(arm, endpoint, flags.requests))
+            times = asyncio.run(measure(arm, endpoint, requests))
         finally:
             server.kill()
     report(times)
 
 
-def serve(endpoint: str) -> None:
+def reply_to_status(endpoint: str) -> None:
     """Run a router and reply to `status`."""
     inbox = Inbox()
     with Bus(open_session(listen=[endpoint])) as bus:
@@ -116,4 +106,4 @@ def report(times: np.ndarray) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main)

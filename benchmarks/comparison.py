@@ -2,13 +2,13 @@
 
 import gc
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from benchmarks.cases import Case
-from benchmarks.judging import FINE, Column
 from benchmarks.peers import Answer, FullProblem, dmp_solver, ruckig_motion
-from benchmarks.timing import timed
+from benchmarks.timing import milliseconds, timed
 from motion import splines
 from motion.errors import MotionError
 from motion.gaussian import plan_gaussian
@@ -19,6 +19,44 @@ from motion.request import MotionRequest
 
 PAPER = "CVXOPT, full"
 """Reference for times: the paper's solver on its full problem."""
+
+
+FINE = np.linspace(0, 1, 10001)
+"""Instants at which motions are judged, ten times finer than those of the full problem."""
+
+
+@dataclass
+class Column:
+    """The results of one solver.
+
+    seconds: of each solved goal. violations: the worst of each, as a part of half a limit's range. errors: of the
+    imitation, as a part of the demonstration's rms acceleration. unsolved: number of goals.
+    """
+
+    seconds: list[float] = field(default_factory=list)
+    violations: list[float] = field(default_factory=list)
+    errors: list[float] = field(default_factory=list)
+    unsolved: int = 0
+
+    def summary(self) -> dict[str, float]:
+        """Return milliseconds, the worst violation and the median error."""
+        worst = {"violation": max(self.violations, default=np.nan), "error": float(np.median(self.errors or [np.nan]))}
+        return {**milliseconds(self.seconds), **worst, "solved": len(self.violations), "unsolved": self.unsolved}
+
+    def judge(self, primitive: Primitive, request: MotionRequest, accelerations: np.ndarray) -> None:
+        """Integrate accelerations (n,), equally spaced over the motion, and append violation and imitation error."""
+        s = np.linspace(0, 1, len(accelerations))
+        step = request.duration / (len(s) - 1)
+        velocities = _integrated(accelerations, step, request.start.velocities[0])
+        positions = _integrated(velocities, step, request.start.positions[0])
+        jerks = np.diff(accelerations) / step
+        outside = 0.0
+        curves = positions, velocities, accelerations, jerks
+        for values, (low, high) in zip(curves, request.limits.ranges[0], strict=True):
+            outside = max(outside, float(max(values.max() - high, low - values.min()) / ((high - low) / 2)))
+        wanted = (primitive.duration / request.duration) ** 2 * primitive.sample(s).accelerations[:, 0]
+        self.violations.append(outside)
+        self.errors.append(float(np.sqrt(np.mean((accelerations - wanted) ** 2) / np.mean(wanted**2))))
 
 
 def compare(primitives: list[Primitive], cases: list[tuple[int, Case]]) -> dict[str, Column]:
@@ -83,3 +121,7 @@ def relative_errors(primitives: list[Primitive], cases: list[tuple[int, Case]]) 
             continue
         ratios.append(float(plan(primitive, request).report.imitation_rms[0] / best))
     return {"median": float(np.median(ratios)), "worst": max(ratios), "goals": len(ratios)}
+
+
+def _integrated(values: np.ndarray, step: float, start: float) -> np.ndarray:
+    return start + np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * step)])

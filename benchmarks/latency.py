@@ -8,8 +8,8 @@ a second move the target of a swing until shortly before its hit.
 import signal
 import sys
 import time
+from collections import Counter
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 
 import msgspec
 import numpy as np
@@ -44,21 +44,8 @@ FIRST = 10
 Asking = Future[m.GoalReply | None]
 
 
-@dataclass(frozen=True, slots=True)
-class Latencies:
-    """Milliseconds from request to reply and to the first command; number of refused goals by code."""
-
-    reply: list[float]
-    first_command: list[float]
-    refused: dict[str, int]
-
-    def summary(self) -> dict[str, float | dict[str, int]]:
-        """Return medians and 99th percentiles."""
-        found: dict[str, float | dict[str, int]] = {"goals": len(self.reply), "refused": self.refused}
-        for name, values in (("reply", self.reply), ("first_command", self.first_command)):
-            for part in (50, 99):
-                found[f"{name}_p{part}_ms"] = float(np.percentile(values, part)) if values else float("nan")
-        return found
+Summary = dict[str, float | dict[str, int]]
+"""Percentiles of the milliseconds to the reply and to the first command; number of refused goals by code."""
 
 
 def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
@@ -70,14 +57,14 @@ def tight_goal(rng: np.random.Generator, **fields: object) -> m.Goal:
 
 
 class Client:
-    """A client that sends goals and measures their latencies."""
+    """A client that sends goals and measures their latencies, ms."""
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
         self.reply: list[float] = []
-        self.first: list[float] = []
+        self.first_command: list[float] = []
         self.asked: dict[str, int] = {}
-        self.refused: dict[str, int] = {}
+        self.refused: Counter[str] = Counter()
 
     def ask(self, wanted: m.Goal) -> m.GoalReply | None:
         """Send a goal; return the reply, or None for a refusal."""
@@ -85,7 +72,7 @@ class Client:
         try:
             answer = self.bus.ask(topics.GOAL, wanted)
         except Refusal as refusal:
-            self.refused[refusal.code] = self.refused.get(refusal.code, 0) + 1
+            self.refused[refusal.code] += 1
             return None
         self.reply.append(1e3 * (time.perf_counter() - began))
         self.asked[answer.goal_id] = began_ns
@@ -99,7 +86,7 @@ class Client:
             except Refusal:
                 continue
             if stamp is not None:
-                self.first.append((stamp - asked) / 1e6)
+                self.first_command.append((stamp - asked) / 1e6)
         self.asked = {}
 
     def check(self) -> None:
@@ -112,23 +99,27 @@ class Client:
         if status.fault:
             sys.exit(f"after {len(self.reply)} goals, at {status.time:.3f} s: in fault: {status.fault}")
 
-    def latencies(self) -> Latencies:
-        """Return the latencies so far."""
+    def summary(self) -> Summary:
+        """Return medians and 99th percentiles of the goals so far."""
         self.check()
         self.collect()
-        return Latencies(self.reply, self.first, self.refused)
+        found: Summary = {"goals": len(self.reply), "refused": dict(self.refused)}
+        for name, values in (("reply", self.reply), ("first_command", self.first_command)):
+            for part in (50, 99):
+                found[f"{name}_p{part}_ms"] = float(np.percentile(values, part)) if values else float("nan")
+        return found
 
 
-def plan_only(bus: Bus, count: int) -> Latencies:
+def plan_only(bus: Bus, count: int) -> Summary:
     """Measure goals that are only planned, from home."""
     client, rng = Client(bus), np.random.default_rng(1)
     rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
     for _ in range(count):
         client.ask(tight_goal(rng, plan_only=True, start=rest, duration=0.8))
-    return Latencies(client.reply, [], client.refused)
+    return client.summary()
 
 
-def cold(bus: Bus, count: int) -> Latencies:
+def cold(bus: Bus, count: int) -> Summary:
     """Measure the same goals, each with a primitive that was just learned and never planned with."""
     client, rng = Client(bus), np.random.default_rng(1)
     rest = m.Start(positions=list(bus.ask(topics.DESCRIPTION, m.Empty()).home), velocities=[0.0] * 6)
@@ -138,20 +129,20 @@ def cold(bus: Bus, count: int) -> Latencies:
         bus.ask(topics.LEARN, learn)
         wanted = tight_goal(rng, plan_only=True, start=rest, duration=0.8)
         client.ask(msgspec.structs.replace(wanted, primitive="cold"))
-    return Latencies(client.reply, [], client.refused)
+    return client.summary()
 
 
-def played(bus: Bus, count: int, seed: int) -> Latencies:
+def played(bus: Bus, count: int, seed: int) -> Summary:
     """Measure goals that move the arm, each sent while the previous one is under way."""
     client, rng = Client(bus), np.random.default_rng(seed)
     for _ in range(count):
         client.ask(tight_goal(rng, duration=1.0))
         time.sleep(rng.uniform(0.1, 0.3))
     time.sleep(SETTLED_S)
-    return client.latencies()
+    return client.summary()
 
 
-def streamed(bus: Bus, strikes: int) -> Latencies:
+def streamed(bus: Bus, strikes: int) -> Summary:
     """Measure fifty goals a second for one hit with a drifting target.
 
     Each goal is sent on time, whether or not the previous ones were answered.
@@ -168,10 +159,10 @@ def streamed(bus: Bus, strikes: int) -> Latencies:
                 asking.append(askers.submit(client.ask, wanted))
             time.sleep(HIT_AFTER_S - STREAM_S + SETTLED_S)
             _settle(client, asking)
-    return client.latencies()
+    return client.summary()
 
 
-def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
+def corrected(bus: Bus, rate_hz: float, seconds: float) -> Summary:
     """Measure corrections of swings at a rate, each sent on time."""
     client, rng = Client(bus), np.random.default_rng(4)
     with ThreadPoolExecutor(max_workers=round(rate_hz)) as askers:
@@ -184,7 +175,7 @@ def corrected(bus: Bus, rate_hz: float, seconds: float) -> Latencies:
             time.sleep(LAST_S + first.total_duration - first.duration)
             _settle(client, asking)
             client.collect()
-    return client.latencies()
+    return client.summary()
 
 
 def _correct(
@@ -217,18 +208,18 @@ def main(goals: int = 100, strikes: int = 5, seconds: float = 60.0) -> None:
         bus = cell.bus
         time.sleep(SETTLED_S)
         found = {
-            "plan only, warm": plan_only(bus, goals).summary(),
-            "plan only, cold": cold(bus, goals).summary(),
-            "played, first after a start": played(bus, FIRST, seed=1).summary(),
-            "played": played(bus, goals, seed=2).summary(),
-            "50 a second": streamed(bus, strikes).summary(),
-            **{f"{rate} corrections a second": corrected(bus, rate, seconds).summary() for rate in CORRECTIONS_HZ},
+            "plan only, warm": plan_only(bus, goals),
+            "plan only, cold": cold(bus, goals),
+            "played, first after a start": played(bus, FIRST, seed=1),
+            "played": played(bus, goals, seed=2),
+            "50 a second": streamed(bus, strikes),
+            **{f"{rate} corrections a second": corrected(bus, rate, seconds) for rate in CORRECTIONS_HZ},
         }
         cycle = bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
     report(found, cycle)
 
 
-def report(found: dict[str, dict[str, float | dict[str, int]]], cycle: m.Cycle) -> None:
+def report(found: dict[str, Summary], cycle: m.Cycle) -> None:
     """Print and save the results."""
     names = ("reply_p50_ms", "reply_p99_ms", "first_command_p50_ms", "first_command_p99_ms")
     table = Table("", "goals", *(name.replace("_", " ") for name in names), "refused", title="Latency")

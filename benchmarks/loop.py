@@ -6,7 +6,6 @@ share of a core is its CPU time over wall time; its losses are the ticks that ar
 
 import os
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,17 +24,6 @@ from tools.trace_reader import read_trace
 BLOCKS = 5
 STEPS = 2000
 SETTLED_S = 2.0
-
-
-@dataclass(frozen=True, slots=True)
-class Flags:
-    """Measure the loop.
-
-    Attributes:
-        seconds: How long the real-time part lasts.
-    """
-
-    seconds: float = 30.0
 
 
 def stepped() -> dict[str, float]:
@@ -92,11 +80,10 @@ def cpu_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def main() -> None:
-    """Measure, print, save."""
-    flags = tyro.cli(Flags)
+def main(seconds: float = 30.0) -> None:
+    """Measure the loop, in real time for some seconds; print and save the results."""
     with TemporaryDirectory() as scratch:
-        results = {"stepped clock": stepped(), "real time": real_time(scratch, flags.seconds)}
+        results = {"stepped clock": stepped(), "real time": real_time(scratch, seconds)}
     console = Console()
     for title, values in results.items():
         shown = Table("", "", title=title, show_header=False)
@@ -107,4 +94,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main)

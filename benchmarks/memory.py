@@ -27,14 +27,18 @@ from services.common.cli import Options, free_endpoint
 
 SERVICES = ["sim", "planner", "controller", "recorder"]
 
+MEMORY = {"share": ("smaps_rollup", "Pss"), "resident": ("status", "VmRSS"), "peak": ("status", "VmHWM")}
+"""File and key of each kind of memory. share: pages shared by several processes are divided between them (PSS).
+resident: without that division. peak: largest so far."""
+
 MARKS = 20
 """Number of readings of the memory."""
 
 
-def resident_kb(process: int | str = "self") -> int:
-    """Return the resident memory of a process, kB."""
-    lines = Path(f"/proc/{process}/status").read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS"))
+def read_kb(process: int | str, file: str = "status", key: str = "VmRSS") -> int:
+    """Return a number of kB in a file of /proc/PROCESS, by default the resident memory."""
+    lines = Path(f"/proc/{process}/{file}").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(f"{key}:"))
 
 
 def here(goals: int, seed: int) -> dict[str, object]:
@@ -56,8 +60,8 @@ def here(goals: int, seed: int) -> dict[str, object]:
             refused += 1
         if k % max(1, goals // MARKS) == 0:
             gc.collect()
-            kilobytes.append(resident_kb())
-    kilobytes.append(resident_kb())
+            kilobytes.append(read_kb("self"))
+    kilobytes.append(read_kb("self"))
     return {"goals": goals, "refused": refused, "resident_kB": kilobytes}
 
 
@@ -68,16 +72,12 @@ def on_the_wire(goals: int, seed: int) -> dict[str, object]:
         for k in track(range(goals), "asked of a planner"):
             cell.bus.ask(topics.GOAL, tight_goal(rng, plan_only=True, duration=0.8, include_trajectory=k % 10 == 0))
             if k % max(1, goals // MARKS) == 0:
-                kilobytes.append(resident_kb(cell.services.running["planner"].pid))
+                kilobytes.append(read_kb(cell.services.running["planner"].pid))
     return {"goals": goals, "resident_kB": kilobytes}
 
 
 def of_services(robot: Path, seconds: float) -> dict[str, dict[str, int]]:
-    """Return the memory of a robot's services while its arm rests and a trace is written, MB.
-
-    share: pages shared by several processes are divided between them (PSS). resident: without that division. peak:
-    largest so far.
-    """
+    """Return the memory of a robot's services while its arm rests and a trace is written, MB."""
     found: dict[str, dict[str, int]] = {}
     with tempfile.TemporaryDirectory() as folder:
         flags = {"clock": "paced", "record": str(Path(folder) / "trace.rrd")}
@@ -85,19 +85,8 @@ def of_services(robot: Path, seconds: float) -> dict[str, dict[str, int]]:
         with running_cell(options, flags, SERVICES, quiet=True) as cell:
             time.sleep(seconds)
             for name, process in cell.services.running.items():
-                found[name] = {
-                    "share": read_mb(process.pid, "smaps_rollup", "Pss"),
-                    "resident": read_mb(process.pid, "status", "VmRSS"),
-                    "peak": read_mb(process.pid, "status", "VmHWM"),
-                }
-    keys = "share", "resident", "peak"
-    return {**found, "all": {key: sum(row[key] for row in found.values()) for key in keys}}
-
-
-def read_mb(process: int, file: str, key: str) -> int:
-    """Return a number of kB in a file of /proc/PROCESS as MB."""
-    lines = Path(f"/proc/{process}/{file}").read_text().splitlines()
-    return next(int(line.split()[1]) // 1000 for line in lines if line.startswith(f"{key}:"))
+                found[name] = {what: read_kb(process.pid, *where) // 1000 for what, where in MEMORY.items()}
+    return {**found, "all": {what: sum(row[what] for row in found.values()) for what in MEMORY}}
 
 
 def main(

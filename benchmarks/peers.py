@@ -90,7 +90,7 @@ class FullProblem:
         return np.array(found.x) if str(found.status) == "Solved" else None
 
 
-def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
+def ruckig_motion(request: MotionRequest) -> Answer:
     """Plan by Ruckig, from start to goal in the duration.
 
     It keeps velocity, acceleration and jerk limits, but no position limits; it imitates nothing and ends with zero
@@ -110,7 +110,7 @@ def ruckig_motion(request: MotionRequest, samples: int = 1001) -> Answer:
         return None
     if outcome not in (ruckig.Result.Working, ruckig.Result.Finished) or trajectory.duration > request.duration + 1e-6:
         return None
-    return np.array([trajectory.at_time(t)[2][0] for t in np.linspace(0, request.duration, samples)])
+    return np.array([trajectory.at_time(t)[2][0] for t in np.linspace(0, request.duration, 1001)])
 
 
 def dmp_solver(primitive: Primitive) -> Callable[[MotionRequest], Answer]:

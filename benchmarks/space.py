@@ -116,9 +116,9 @@ def random_plans(config: RobotConfig, seed: int) -> Iterator[Plan]:
             continue
 
 
-def compare(config: RobotConfig, plans: int, seed: int = 0) -> Found:
-    """Check and replay random plans that begin without collisions."""
-    motions, replay, found = MotionCheck(config), Replay(config), Found()
+def compare(config: RobotConfig, plans: int, seed: int = 0, found: Found | None = None) -> Found:
+    """Check and replay random plans that begin without collisions; add the results to those `found` before."""
+    motions, replay, found = MotionCheck(config), Replay(config), found or Found()
     margin = config.collision.margin
     for motion in islice(_clear(motions.clearance, random_plans(config, seed)), plans):
         began = time.thread_time()
@@ -158,13 +158,6 @@ def _reach(joints: int) -> Primitive:
     return learn(Demonstration(times, np.repeat(shape[:, None], joints, axis=1)))
 
 
-def added(before: Found, new: Found) -> Found:
-    """Return the sum of two results."""
-    largest = {"deepest", "overestimated"}
-    pairs = {entry.name: (getattr(before, entry.name), getattr(new, entry.name)) for entry in fields(Found)}
-    return Found(**{name: max(pair) if name in largest else pair[0] + pair[1] for name, pair in pairs.items()})
-
-
 def main(
     robots: Annotated[list[Path], tyro.conf.Positional], plans: int = 10_000, seed: int = 0, resume: bool = False
 ) -> None:
@@ -181,7 +174,7 @@ def main(
         config, row = load_robot(path), rows.get(path.stem, {"next_seed": seed})
         found = Found(**{entry.name: row[entry.name] for entry in fields(Found) if entry.name in row})
         while (missing := plans - found.free - found.collisions - found.torques) > 0:
-            found = added(found, compare(config, min(PART, missing), row["next_seed"]))
+            compare(config, min(PART, missing), row["next_seed"], found)
             row = asdict(found) | {"next_seed": row["next_seed"] + 1}
             rows[path.stem] = row | {"check": milliseconds(row.pop("seconds"))}
             print(path.stem, rows[path.stem], flush=True)

@@ -4,6 +4,7 @@ import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -52,16 +53,16 @@ class Link:
         """
         with self._lease_lock:
             self.client_id = self.client_id or f"client-{uuid.uuid4().hex[:8]}"
-            self._leases += 1
-            if self._leases == 1:
+            if not self._leases:
                 self._token = self.bus.announce(f"client/{self.client_id}")
+            self._leases += 1
         try:
             yield self.client_id
         finally:
             with self._lease_lock:
                 self._leases -= 1
                 if not self._leases and self._token is not None:
-                    self._token.undeclare()
+                    self.bus.withdraw(self._token)
 
     def close(self) -> None:
         """End the streams and leave the bus."""
@@ -88,14 +89,17 @@ class Link:
 
     def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
         """Call `put` with the body of every publication on `topic`, in another thread; return what stops it."""
-        return self.bus.listen(topic, put).undeclare
+        return partial(self.bus.withdraw, self.bus.listen(topic, put))
 
     def stream(self, topic: Publication, box: Mailbox[bytes | None]) -> Callable[[], None]:
         """Put the body of every publication on `topic` into `box`, then None; return a function that stops it."""
         undeclare = self.subscribe(topic, box.put)
 
         def end() -> None:
-            self._streams.discard(end)
+            try:
+                self._streams.remove(end)
+            except KeyError:  # ended already, perhaps by another thread
+                return
             undeclare()
             box.put(None)
 

@@ -50,8 +50,7 @@ class Listening(Generic[MessageT]):
 
     def close(self) -> None:
         """Unsubscribe; iterations end, also in other threads."""
-        close, self._close = self._close, lambda: None
-        close()
+        self._close()
 
 
 class Stream(Listening[MessageT], Blocks):

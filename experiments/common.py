@@ -1,19 +1,18 @@
-"""Shared by the experiments: the figures' demonstration, requests of one joint, rows of the table."""
+"""Shared by the experiments: the figures' demonstration, requests and motions of one joint, rows of the table."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from motion.demonstration import Demonstration
-from motion.dmp import Dmp, learn_dmp
+from motion.dmp import Dmp
 from motion.gaussian import plan_gaussian
 from motion.limits import Limits
 from motion.plan import Plan, plan
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest, Waypoint
-from motion.sampled import SampledPlan
 from motion.trajectory import Samples
 
 STEP = 1e-3
@@ -106,33 +105,33 @@ def ask(
     return MotionRequest(start, goal, duration, within or limits(), waypoints, rest_fraction, "coast")
 
 
-def gaussian(primitive: Primitive, request: MotionRequest) -> tuple[SampledPlan, Samples]:
-    """Plan by the paper's quadratic program; return the plan and its exact samples."""
+def gaussian(primitive: Primitive, request: MotionRequest) -> tuple[Plan, np.ndarray]:
+    """Plan by the paper's quadratic program; return the plan and its motion."""
     made = plan_gaussian(primitive, request, STEP)
     return made, sampled(made)
 
 
-def qp(primitive: Primitive, request: MotionRequest) -> tuple[Plan, Samples]:
-    """Plan by Volley's quadratic program on B-splines; return the plan and its exact samples."""
+def qp(primitive: Primitive, request: MotionRequest) -> tuple[Plan, np.ndarray]:
+    """Plan by Volley's quadratic program on B-splines; return the plan and its motion."""
     made = plan(primitive, request, STEP)
     return made, sampled(made)
 
 
-def sampled(made: Plan) -> Samples:
-    """Return samples up to the hit; the last acceleration is the limit from the left."""
+def sampled(made: Plan) -> np.ndarray:
+    """Return the motion of the only joint up to the hit; the last acceleration is the limit from the left."""
     samples = made.sample(np.arange(made.hit_index + 1) * STEP)
     samples.accelerations[-1] = made.sample(np.array([made.duration - 1e-9])).accelerations[0]
-    return samples
+    return motion_of(samples)
 
 
-def dynamic(dmp: Dmp, request: MotionRequest) -> Samples:
-    """Roll out the DMP for the same request, by Euler steps."""
-    return dmp.rollout(request.start, request.goal, request.duration, STEP)
+def rollout(dmp: Dmp, request: MotionRequest) -> np.ndarray:
+    """Return the DMP's motion for the same request, by Euler steps."""
+    return motion_of(dmp.rollout(request.start, request.goal, request.duration, STEP))
 
 
-def polynomial(primitive: Primitive) -> Dmp:
-    """Return the DMP of eq. 6–7, learned from the same demonstration."""
-    return learn_dmp(primitive)
+def motion_of(samples: Samples) -> np.ndarray:
+    """Return the motion of the only joint: position, velocity and acceleration (3, n)."""
+    return np.stack([samples.positions[:, 0], samples.velocities[:, 0], samples.accelerations[:, 0]])
 
 
 def played(duration: float, count: int) -> np.ndarray:
@@ -155,12 +154,10 @@ def spread(name: str, values: Iterable[float], unit: str, claim: str | None = No
     ]
 
 
-def column(samples: Samples) -> np.ndarray:
-    """Return position, velocity and acceleration (3, n) of the only joint."""
-    return np.stack([samples.positions[:, 0], samples.velocities[:, 0], samples.accelerations[:, 0]])
-
-
-def curves(figure: str, name: str, times: np.ndarray, values: np.ndarray) -> list[Curve]:
-    """Return position, velocity and acceleration (3, n) as curves of a figure."""
-    quantities = ("position", "velocity", "acceleration")
-    return [Curve(f"{figure}/{q}/{name}", times, v) for q, v in zip(quantities, values, strict=True)]
+def curves(figure: str, times: np.ndarray, motions: Mapping[str, np.ndarray]) -> list[Curve]:
+    """Return motions (3, n), or their first rows, as curves of a figure."""
+    return [
+        Curve(f"{figure}/{quantity}/{name.replace('.', '_')}", times, values)
+        for name, motion in motions.items()
+        for quantity, values in zip(("position", "velocity", "acceleration"), motion, strict=False)
+    ]

@@ -8,7 +8,6 @@ from experiments.common import (
     Outcome,
     Row,
     ask,
-    column,
     figure_primitive,
     gaussian,
     rms,
@@ -40,7 +39,7 @@ def run() -> Outcome:
         "linear_term": "the linear term is +tau² thetaᵀw (eq. 16)",
     }
     rows = [
-        Row("errata.right_against_gaussian", rms(right - column(planned)[2]) / rms(right), "of the rms"),
+        Row("errata.right_against_gaussian", rms(right - planned[2]) / rms(right), "of the rms"),
         *(
             Row(f"errata.{name}", rms(wrong - right) / rms(right), "of the rms", claims[name])
             for name, wrong in slips.items()

@@ -9,20 +9,17 @@ from experiments.common import (
     DEMONSTRATED_START,
     GOALS,
     STEP,
-    Curve,
     Outcome,
     Row,
     ask,
-    column,
     curves,
     demonstrated,
-    dynamic,
     figure_primitive,
     gaussian,
     played,
-    polynomial,
     qp,
     rms,
+    rollout,
     spread,
     state,
 )
@@ -42,11 +39,11 @@ def run() -> Outcome:
     request = ask(START, GOAL, DURATION)
     resting = ask(START, GOAL, DURATION, rest_fraction=REST_FRACTION)
     shown = {
-        "gaussian": column(gaussian(primitive, request)[1]),
-        "gaussian_rest": column(gaussian(primitive, resting)[1]),
-        "qp": column(qp(primitive, request)[1]),
-        "qp_rest": column(qp(primitive, resting)[1]),
-        "dmp": column(dynamic(polynomial(primitive), request)),
+        "gaussian": gaussian(primitive, request)[1],
+        "gaussian_rest": gaussian(primitive, resting)[1],
+        "qp": qp(primitive, request)[1],
+        "qp_rest": qp(primitive, resting)[1],
+        "dmp": rollout(learn_dmp(primitive), request),
     }
     rows = [row for name, values in shown.items() for row in single(f"fig2.{name}", values)]
     exact = exact_deviations(request, shown["qp"].shape[1])[1]
@@ -57,7 +54,7 @@ def run() -> Outcome:
     rows += ratios("fig2", shown["dmp"][2], shown["gaussian"][2], DURATION)
     rows += random_goals(primitive)
     times = np.arange(len(exact)) * STEP
-    return Outcome(rows, picture(times, shown), trace(times, shown))
+    return Outcome(rows, picture(times, shown), curves("fig2", times, {**shown, "demonstration": scaled(times)}))
 
 
 def single(name: str, motion: np.ndarray) -> list[Row]:
@@ -106,15 +103,15 @@ def random_goals(primitive: Primitive) -> list[Row]:
     for _ in range(GOALS):
         start = state(rng.uniform(-1, 1), rng.uniform(-3, 3))
         request = ask(start, state(rng.uniform(-1, 3), rng.uniform(-5, 8)), round(rng.uniform(0.5, 1.6), 3))
-        paper = column(gaussian(primitive, request)[1])[2]
+        paper = gaussian(primitive, request)[1][2]
         aim = played(request.duration, len(paper))
         for name, dmp in variants.items():
-            rolled = dynamic(dmp, request)
-            found[name].append(compare(column(rolled)[2] - aim, paper - aim))
+            motion = rollout(dmp, request)
+            found[name].append(compare(motion[2] - aim, paper - aim))
             if name == "dmp":
-                final_errors.append(abs(rolled.velocities[-1, 0] - request.goal.velocities[0]))
+                final_errors.append(abs(motion[1, -1] - request.goal.velocities[0]))
         found["exact"].append(compare(*exact_deviations(request, len(paper))))
-        splines.append(rms(column(qp(primitive, request)[1])[2] - aim) / rms(paper - aim))
+        splines.append(rms(qp(primitive, request)[1][2] - aim) / rms(paper - aim))
     rows = [row for name, values in found.items() for row in summary(f"fig2.random.{name}", values)]
     rows += spread("fig2.random.dmp.final_velocity_error", final_errors, "rad/s")
     return rows + spread("fig2.random.qp.ratio_to_gaussian", splines, "1")
@@ -174,8 +171,7 @@ def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
             style.draw(axes[3:], times, [values[2] - aim[2]], name, label, linewidth=width)
     axes[0].set_ylim(-3.4, 1.3)
     axes[3].set_ylim(-52, 30)
-    for ax, value in zip(axes, (GOAL.positions[0], GOAL.velocities[0]), strict=False):
-        ax.plot(DURATION, value, "o", color="black", markersize=5, label="goal", zorder=5)
+    style.mark(axes, DURATION, (GOAL.positions[0], GOAL.velocities[0]), "goal")
     axes[3].axvspan(0.8 * DURATION, DURATION, color="#000000", alpha=0.06, label="last fifth")
     for ax in (axes[0], axes[3]):
         style.legend(ax, loc="lower center", ncols=3)
@@ -185,12 +181,3 @@ def picture(times: np.ndarray, shown: dict[str, np.ndarray]) -> Figure:
 def scaled(times: np.ndarray) -> np.ndarray:
     """Return the demonstration (3, n) played in the new duration."""
     return demonstrated(times / DURATION) / DURATION ** np.arange(3)[:, None]
-
-
-def trace(times: np.ndarray, shown: dict[str, np.ndarray]) -> list[Curve]:
-    """Return all curves of the figure."""
-    return [
-        curve
-        for name, values in {**shown, "demonstration": scaled(times)}.items()
-        for curve in curves("fig2", name, times, values)
-    ]

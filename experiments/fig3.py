@@ -11,20 +11,19 @@ from experiments.common import (
     Outcome,
     Row,
     ask,
-    column,
     curves,
     demonstrated,
-    dynamic,
     figure_primitive,
     gaussian,
     limits,
     played,
-    polynomial,
     qp,
     rms,
+    rollout,
     spread,
     state,
 )
+from motion.dmp import learn_dmp
 from motion.errors import Infeasible
 from motion.primitive import Primitive
 
@@ -42,10 +41,10 @@ def run() -> Outcome:
     bounded, paper = gaussian(primitive, ask(goal=GOAL, within=within))
     certified, splines = qp(primitive, ask(goal=GOAL, within=within))
     shown = {
-        "gaussian": column(paper),
-        "gaussian_free": column(gaussian(primitive, ask(goal=GOAL))[1]),
-        "qp": column(splines),
-        "dmp": column(dynamic(polynomial(primitive), ask(goal=GOAL))),
+        "gaussian": paper,
+        "gaussian_free": gaussian(primitive, ask(goal=GOAL))[1],
+        "qp": splines,
+        "dmp": rollout(learn_dmp(primitive), ask(goal=GOAL)),
     }
     rows = []
     for name, made in (("gaussian", bounded), ("qp", certified)):
@@ -63,8 +62,7 @@ def run() -> Outcome:
             Row(f"fig3.{name}.violation_time", violation_time(values[0]), "s", claims.get(name)),
             Row(f"fig3.{name}.imitation_rms", rms(values[2] - played(1.0, 1001)), "rad/s²", STILL_GOOD),
         ]
-    curve_list = [c for name, values in shown.items() for c in curves("fig3", name, TIMES, values)]
-    return Outcome(rows + random_goals(primitive), picture(shown), curve_list)
+    return Outcome(rows + random_goals(primitive), picture(shown), curves("fig3", TIMES, shown))
 
 
 def violation_time(positions: np.ndarray) -> float:
@@ -75,7 +73,7 @@ def violation_time(positions: np.ndarray) -> float:
 def random_goals(primitive: Primitive) -> list[Row]:
     """Return which methods leave the limits for goals all over the range, by how much, and the cost of keeping them."""
     rng = np.random.default_rng(3)
-    dmp, within = polynomial(primitive), limits(LIMIT - MARGIN)
+    dmp, within = learn_dmp(primitive), limits(LIMIT - MARGIN)
     excess = []
     methods = {"gaussian": gaussian, "qp": qp}
     cost: dict[str, list[float]] = {name: [] for name in methods}
@@ -84,16 +82,16 @@ def random_goals(primitive: Primitive) -> list[Row]:
     for _ in range(GOALS):
         start = state(rng.uniform(-1, 1), rng.uniform(-3, 3))
         goal = state(rng.uniform(-1.8, 1.8), rng.uniform(-10, 10))
-        rolled = column(dynamic(dmp, ask(start, goal)))
+        rolled = rollout(dmp, ask(start, goal))
         excess.append(np.abs(rolled[0]).max() - LIMIT)
         for name, method in methods.items():
             try:
-                made, samples = method(primitive, ask(start, goal, within=within))
+                made, motion = method(primitive, ask(start, goal, within=within))
             except Infeasible:
                 infeasible[name] += 1
                 continue
             largest[name] = max(largest[name], float(np.abs(made.report.extremes["position"]).max()))
-            cost[name].append(rms(column(samples)[2] - aim) / rms(rolled[2] - aim))
+            cost[name].append(rms(motion[2] - aim) / rms(rolled[2] - aim))
     violating = np.array(excess)[np.array(excess) > 0]
     rows = [
         Row("fig3.random.dmp.violating", len(violating) / GOALS, "share of goals", INFEASIBLE),
@@ -123,8 +121,7 @@ def picture(shown: dict[str, np.ndarray]) -> Figure:
         style.draw(axes, TIMES, list(values), name, label, linewidth=width)
     style.bound(axes[0], (LIMIT, -LIMIT), "limit")
     style.bound(axes[0], (LIMIT - MARGIN, MARGIN - LIMIT), "limit less margin", linestyle=":", linewidth=0.9)
-    for ax, value in zip(axes, (GOAL.positions[0], GOAL.velocities[0]), strict=False):
-        ax.plot(1.0, value, "o", color="black", markersize=5, label="goal", zorder=5)
+    style.mark(axes, 1.0, (GOAL.positions[0], GOAL.velocities[0]), "goal")
     axes[0].set_ylim(-3.6, 5.2)
     style.legend(axes[0], loc="upper left", ncols=3)
     return figure

@@ -11,7 +11,6 @@ from experiments.common import (
     Outcome,
     Row,
     ask,
-    column,
     curves,
     demonstrated,
     figure_primitive,
@@ -46,11 +45,10 @@ def run() -> Outcome:
     cases = ("free", gaussian, None), ("jerk_limited", gaussian, within), ("qp", qp, within)
     for name, velocity in VELOCITIES.items():
         for case, method, bounds in cases:
-            made, samples = method(primitive, ask(within=bounds, waypoint=(TIME, POSITION, velocity)))
-            motion = shown[f"{name}.{case}"] = column(samples)
+            made, motion = method(primitive, ask(within=bounds, waypoint=(TIME, POSITION, velocity)))
+            shown[f"{name}.{case}"] = motion
             rows += single(f"fig4.{name}.{case}", motion, velocity, made.report.extremes["jerk"][0])
-    curve_list = [c for name, motion in shown.items() for c in curves("fig4", name.replace(".", "_"), TIMES, motion)]
-    return Outcome(rows + random_waypoints(primitive), picture(shown), curve_list)
+    return Outcome(rows + random_waypoints(primitive), picture(shown), curves("fig4", TIMES, shown))
 
 
 def single(name: str, motion: np.ndarray, velocity: float, jerk: np.ndarray) -> list[Row]:
@@ -86,9 +84,9 @@ def random_waypoints(primitive: Primitive) -> list[Row]:
         position, velocity = demonstrated_there + rng.uniform((-0.5, -5), (0.5, 5))
         start, goal = state(rng.uniform(-0.5, 0.5), -1.0), state(rng.uniform(0.5, 1.5), rng.uniform(0, 5))
         wanted = (time, position, velocity)
-        made, samples = gaussian(primitive, ask(start, goal, waypoint=wanted))
+        made, motion = gaussian(primitive, ask(start, goal, waypoint=wanted))
         at = round(time / STEP)
-        errors.append((abs(samples.positions[at, 0] - position), abs(samples.velocities[at, 0] - velocity)))
+        errors.append((abs(motion[0, at] - position), abs(motion[1, at] - velocity)))
         jerks.append(np.abs(made.report.extremes["jerk"]).max())
         try:
             made, _ = gaussian(primitive, ask(start, goal, within=limits(jerk=2 * MAX_JERK), waypoint=wanted))
@@ -128,10 +126,8 @@ def picture(shown: dict[str, np.ndarray]) -> Figure:
             style.draw(part[:3], TIMES, list(motion), colour, label, **dashes)
             style.draw(part[3:], jerk_times, [np.diff(motion[2]) / STEP], colour, label, **dashes)
         style.bound(part[3], (MAX_JERK, -MAX_JERK), "limit on the jerk")
-        for ax, value in zip(part, (POSITION, VELOCITIES[name]), strict=False):
-            ax.plot(TIME, value, "o", color="black", markersize=5, label="waypoint", zorder=5)
-        for ax, value in zip(part, (1.0, 3.0), strict=False):
-            ax.plot(1.0, value, "s", color="black", markersize=5, label="goal", zorder=5)
+        style.mark(part, TIME, (POSITION, VELOCITIES[name]), "waypoint")
+        style.mark(part, 1.0, (1.0, 3.0), "goal", marker="s")
         for ax in part:
             ax.axvline(TIME, color="black", linewidth=0.6, linestyle=":")
     axes[0].set_ylim(-3.4, 1.3)

@@ -11,14 +11,12 @@ from experiments.common import (
     Outcome,
     Row,
     ask,
-    column,
     curves,
     figure_primitive,
     gaussian,
     spread,
 )
 from motion.tracking import tracking_acceleration
-from motion.trajectory import Samples
 
 NOISE = 0.01
 """Half-width of the uniform noise, as a part of the largest position and of the largest velocity."""
@@ -43,28 +41,31 @@ def run() -> Outcome:
         noise_alone = simulate(reference, gain, 0.0, rng, GOALS)
         shown[gain] = np.concatenate([quiet, noisy[:, :, :1], noise_alone[:, :, :1]], axis=2)
         rows += measured(f"fig5.gain_{gain:.0f}", reference, quiet, noisy, noise_alone)
-    return Outcome(rows, picture(column(reference), shown), trace(column(reference), shown))
+    pushed = {f"gain_{gain:.0f}": motions[:, :, 1] for gain, motions in shown.items()}
+    return Outcome(rows, picture(reference, shown), curves("fig5", TIMES, {"reference": reference} | pushed))
 
 
 def simulate(
-    reference: Samples, gain: float, push: float, rng: np.random.Generator | None = None, runs: int = 1
+    reference: np.ndarray, gain: float, push: float, rng: np.random.Generator | None = None, runs: int = 1
 ) -> np.ndarray:
-    """Return true position and velocity (2, n, runs) under eq. 11; with `rng` each run has its own noise."""
-    out = np.empty((2, len(reference), runs))
-    spans = [NOISE * np.abs(values).max() for values in (reference.positions, reference.velocities)]
-    y, v = (np.full(runs, values[0, 0]) for values in (reference.positions, reference.velocities))
-    for k, time in enumerate(TIMES):
+    """Return true position and velocity (2, n, runs) under eq. 11 along a reference (3, n).
+
+    With `rng` each run has its own noise.
+    """
+    out = np.empty((2, reference.shape[1], runs))
+    spans = [NOISE * np.abs(values).max() for values in reference[:2]]
+    y, v = (np.full(runs, values[0]) for values in reference[:2])
+    for k, (time, goal) in enumerate(zip(TIMES, reference.T[:, :, None], strict=True)):
         out[:, k] = y, v
-        goal = reference.positions[k], reference.velocities[k], reference.accelerations[k]
         seen = (y, v) if rng is None else (x + rng.uniform(-s, s, runs) for x, s in zip((y, v), spans, strict=True))
-        acceleration = tracking_acceleration(gain, goal, *seen) + push * (PUSH_FROM <= time < PUSH_TO)
+        acceleration = tracking_acceleration(gain, tuple(goal), *seen) + push * (PUSH_FROM <= time < PUSH_TO)
         y, v = y + STEP * v, v + STEP * acceleration
     return out
 
 
-def measured(name: str, reference: Samples, quiet: np.ndarray, noisy: np.ndarray, noise: np.ndarray) -> list[Row]:
+def measured(name: str, reference: np.ndarray, quiet: np.ndarray, noisy: np.ndarray, noise: np.ndarray) -> list[Row]:
     """Return deviation, recovery and final errors of the push alone (2, n, 1) and with noise (2, n, runs)."""
-    aim = np.stack([reference.positions, reference.velocities])
+    aim = reference[:2, :, None]
     quiet, noisy, noise = quiet - aim, noisy - aim, noise - aim
     outside = np.append(round(PUSH_TO / STEP), np.flatnonzero(np.abs(quiet[0, :, 0]) > RECOVERED))
     recovery = (outside.max() + 1) * STEP - PUSH_TO
@@ -93,18 +94,9 @@ def picture(reference: np.ndarray, shown: dict[float, np.ndarray]) -> Figure:
         style.draw(axes, TIMES, values, colour, f"gain {gain:.0f}/s")
     for number, ax in enumerate(axes[:3]):
         ax.axvspan(PUSH_FROM, PUSH_TO, color="#000000", alpha=0.07, label=None if number else "push")
-    for ax, value in zip(axes, (1.0, 3.0), strict=False):
-        ax.plot(1.0, value, "o", color="black", markersize=5, label="goal", zorder=5)
+    style.mark(axes, 1.0, (1.0, 3.0), "goal")
     style.bound(axes[2], (RECOVERED, -RECOVERED), "counts as recovered", linewidth=0.9)
     style.legend(axes[0], loc="lower right", ncols=2)
     style.legend(axes[2], loc="upper right")
     style.legend(axes[3], loc="upper right", ncols=2)
     return figure
-
-
-def trace(reference: np.ndarray, shown: dict[float, np.ndarray]) -> list:
-    """Return all curves of the figure."""
-    found = curves("fig5", "reference", TIMES, reference)
-    for gain, motion in shown.items():
-        found += curves("fig5", f"gain_{gain:.0f}", TIMES, np.append(motion[:, :, 1], 0 * TIMES[None], axis=0))[:2]
-    return found

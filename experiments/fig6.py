@@ -9,22 +9,20 @@ from experiments import style
 from experiments.common import (
     STEP,
     TIMES,
-    Curve,
     Outcome,
     Row,
     ask,
-    column,
     curves,
     demonstrated,
     demonstration,
-    dynamic,
     gaussian,
-    polynomial,
     qp,
     rms,
+    rollout,
     spread,
 )
 from motion.demonstration import SavitzkyGolay, Smoothing
+from motion.dmp import learn_dmp
 from motion.primitive import learn
 
 AMPLITUDE = 0.01  # rad, half-width of uniform noise
@@ -71,15 +69,15 @@ def run(chosen: Sequence[int] = range(RUNS)) -> Outcome:
             Row(f"fig6.{method}.window_{w}.imitation_rms", value, "rad/s²")
             for w, value in zip(WINDOWS, values, strict=True)
         ]
-    return Outcome(rows, picture(shown, by_window), trace(shown))
+    return Outcome(rows, picture(shown, by_window), curves("fig6", TIMES, shown))
 
 
 def learned(positions: np.ndarray, smoothing: Smoothing) -> dict[str, np.ndarray]:
     """Return each method's motion (3, n) to the clean demonstration's goal, learned from positions (n,)."""
     primitive = learn(demonstration(positions), smoothing)
     request = ask()
-    motions = gaussian(primitive, request)[1], qp(primitive, request)[1], dynamic(polynomial(primitive), request)
-    return {name: column(motion) for name, motion in zip(METHODS, motions, strict=True)}
+    motions = gaussian(primitive, request)[1], qp(primitive, request)[1], rollout(learn_dmp(primitive), request)
+    return dict(zip(METHODS, motions, strict=True))
 
 
 def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> Figure:
@@ -120,8 +118,3 @@ def picture(shown: dict[str, np.ndarray], by_window: dict[str, list[float]]) -> 
     for ax in (axes[2], axes[4]):
         ax.set_xlabel("time, s")
     return figure
-
-
-def trace(shown: dict[str, np.ndarray]) -> list[Curve]:
-    """Return all motions of the figure."""
-    return [c for name, motion in shown.items() for c in curves("fig6", name.replace(".", "_"), TIMES, motion)]

@@ -12,8 +12,8 @@ from experiments.common import (
     Row,
     ask,
     demonstration,
-    dynamic,
     figure_primitive,
+    rollout,
     spread,
     state,
 )
@@ -64,7 +64,7 @@ def peak_acceleration(system: System, net: float) -> float:
     blend = 10 * TIMES**3 - 15 * TIMES**4 + 6 * TIMES**5
     primitive = learn(demonstration(np.sin(np.pi * TIMES) ** 4 + net * blend), "none")
     request = ask(primitive.start, state(0.5, 0.0))
-    return float(np.abs(dynamic(learn_dmp(primitive, system), request).accelerations).max())
+    return float(np.abs(rollout(learn_dmp(primitive, system), request)[2]).max())
 
 
 def picture(late: dict, close: dict) -> Figure:

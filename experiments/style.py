@@ -51,6 +51,12 @@ def bound(ax: Axes, values: Sequence[float], label: str, **more: Any) -> None:
         ax.axhline(value, label=label if number == 0 else None, **style)
 
 
+def mark(axes: Sequence[Axes], time: float, values: Sequence[float], label: str, marker: str = "o") -> None:
+    """Mark a point in each of the first panels."""
+    for ax, value in zip(axes, values, strict=False):
+        ax.plot(time, value, marker, color="black", markersize=5, label=label, zorder=5)
+
+
 def legend(ax: Axes, **more: Any) -> None:
     """Add the legend of a panel."""
     ax.legend(fontsize=8, framealpha=0.9, **more)

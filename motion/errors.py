@@ -1,5 +1,7 @@
 """Errors of a requested motion. Each carries its evidence as attributes."""
 
+from dataclasses import dataclass, field
+
 from motion.listing import listed
 
 
@@ -19,44 +21,50 @@ def works_in(min_duration: float | None, waypoint_times: list[float] | None, oth
     return f"a duration of {min_duration:.6g} s works" + (f" with waypoints at {waypoints}" if waypoints else "")
 
 
+@dataclass(eq=False)
 class InvalidMotion(MotionError, ValueError):
     """A malformed request or demonstration; `field` is the name of the wrong field."""
 
-    def __init__(self, field: str, message: str) -> None:
-        super().__init__(f"{field}: {message}")
-        self.field = field
-        self.message = message
+    field: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.field}: {self.message}"
 
 
+@dataclass(eq=False)
 class LimitExceeded(MotionError):
     """A value that the request prescribes exceeds a limit; `bound` is that limit.
 
     `of` is appended to the value in the sentence, for example " of the start"; empty for the goal.
     """
 
-    SENTENCE = (
-        "joint {joint}: the requested {quantity} {value:.6g} {unit}{of} lies outside the limits; "
-        "it must be {word} {bound:.6g} {unit}"
-    )
+    joint: int
+    quantity: str
+    value: float
+    bound: float
+    of: str = ""
 
-    def __init__(self, joint: int, quantity: str, value: float, bound: float, of: str = "") -> None:
-        word, unit = "at most" if value > bound else "at least", UNITS[quantity]
-        super().__init__(
-            self.SENTENCE.format(joint=joint, quantity=quantity, value=value, unit=unit, of=of, word=word, bound=bound)
-        )
-        self.joint = joint
-        self.quantity = quantity
-        self.value = value
-        self.bound = bound
+    def __str__(self) -> str:
+        unit = UNITS[self.quantity]
+        value = f"requested {self.quantity} {self.value:.6g} {unit}{self.of}"
+        return f"joint {self.joint}: the {value} lies outside the limits; it must be {self.admissible} {unit}"
+
+    @property
+    def admissible(self) -> str:
+        """The limit, as "at most 1.5"."""
+        return f"{'at most' if self.value > self.bound else 'at least'} {self.bound:.6g}"
 
 
 class PlanExceeds(LimitExceeded):
     """A plan of a method without guaranteed limits exceeds one; `value` is the plan's."""
 
-    SENTENCE = (
-        "joint {joint}: the {quantity} of the plan reaches {value:.6g} {unit}, but it must be {word} {bound:.6g} "
-        "{unit}; method 'qp' keeps all limits, and a longer duration may work"
-    )
+    def __str__(self) -> str:
+        unit = UNITS[self.quantity]
+        return (
+            f"joint {self.joint}: the {self.quantity} of the plan reaches {self.value:.6g} {unit}, but it must be "
+            f"{self.admissible} {unit}; method 'qp' keeps all limits, and a longer duration may work"
+        )
 
 
 LOOSEN = "loosen that limit, or change the start or the goal"
@@ -64,6 +72,7 @@ NONE_FOUND, NONE_TRIED = f"no longer duration was found to work; {LOOSEN}", f"al
 """Advice for an infeasible request after a search of a longer duration that found none, and without a search."""
 
 
+@dataclass(eq=False)
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
@@ -72,24 +81,19 @@ class Infeasible(MotionError):
     both are None if none was found or tried, and the sentence then gives the advice `otherwise`.
     """
 
-    def __init__(
-        self,
-        joint: int,
-        quantity: str,
-        time: float,
-        min_duration: float | None = None,
-        waypoint_times: list[float] | None = None,
-        otherwise: str = NONE_TRIED,
-    ) -> None:
-        remedy = works_in(min_duration, waypoint_times, otherwise)
-        super().__init__(f"joint {joint}: the {quantity} limit cannot be kept near {time:.3f} s; {remedy}")
-        self.joint = joint
-        self.quantity = quantity
-        self.time = time
-        self.min_duration = min_duration
-        self.waypoint_times = waypoint_times
+    joint: int
+    quantity: str
+    time: float
+    min_duration: float | None = None
+    waypoint_times: list[float] | None = None
+    otherwise: str = NONE_TRIED
+
+    def __str__(self) -> str:
+        remedy = works_in(self.min_duration, self.waypoint_times, self.otherwise)
+        return f"joint {self.joint}: the {self.quantity} limit cannot be kept near {self.time:.3f} s; {remedy}"
 
 
+@dataclass(eq=False)
 class CannotStop(MotionError):
     """No stop after the hit keeps the limits.
 
@@ -97,25 +101,34 @@ class CannotStop(MotionError):
     stop; None if none was found, which a prescribed final acceleration can cause.
     """
 
-    def __init__(self, joint: int, max_velocity: float | None) -> None:
-        if max_velocity is None:
+    joint: int
+    max_velocity: float | None
+
+    def __str__(self) -> str:
+        if self.max_velocity is None:
             remedy = "with this final acceleration no slower arrival was found that could; leave it free"
         else:
-            remedy = f"a final velocity of {max_velocity:.6g} rad/s could be stopped"
-        super().__init__(f"joint {joint}: the arm could not come to rest inside its limits after this goal; {remedy}")
-        self.joint = joint
-        self.max_velocity = max_velocity
+            remedy = f"a final velocity of {self.max_velocity:.6g} rad/s could be stopped"
+        return f"joint {self.joint}: the arm could not come to rest inside its limits after this goal; {remedy}"
 
 
+@dataclass(eq=False)
 class SolverFailed(MotionError):
     """The quadratic program failed numerically; `status` is the solver's status."""
 
-    def __init__(self, joint: int, status: str, remedy: str = "change the goal a little") -> None:
-        super().__init__(f"joint {joint}: the solver failed ({status}); {remedy}")
-        self.joint = joint
-        self.status = status
+    joint: int
+    status: str
+
+    def __str__(self) -> str:
+        return f"joint {self.joint}: the solver failed ({self.status}); {self.remedy}"
+
+    @property
+    def remedy(self) -> str:
+        """What to change."""
+        return "change the goal a little"
 
 
+@dataclass(eq=False)
 class OutOfTime(SolverFailed):
     """Planning exceeded its effort; the status is "time".
 
@@ -123,11 +136,11 @@ class OutOfTime(SolverFailed):
     none was found.
     """
 
-    def __init__(
-        self, joint: int, min_duration: float | None = None, waypoint_times: list[float] | None = None
-    ) -> None:
-        super().__init__(
-            joint, "time", works_in(min_duration, waypoint_times, "allow a longer duration or a later arrival")
-        )
-        self.min_duration = min_duration
-        self.waypoint_times = waypoint_times
+    status: str = field(init=False, default="time")
+    min_duration: float | None = None
+    waypoint_times: list[float] | None = None
+
+    @property
+    def remedy(self) -> str:
+        """What to change."""
+        return works_in(self.min_duration, self.waypoint_times, "allow a longer duration or a later arrival")

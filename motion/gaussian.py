@@ -10,6 +10,7 @@ from motion.errors import Infeasible, SolverFailed
 from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, rows
 from motion.limits import QUANTITIES
 from motion.primitive import Primitive
+from motion.program.contradiction import hardest_limit
 from motion.program.least_distance import make_solver
 from motion.program.report import Distance
 from motion.request import MotionRequest
@@ -90,19 +91,13 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
         solver.setup(program.P, program.c / size, program.A, program.b / size, np.asfortranarray(program.G), *bounds)
         status = solver.solve()
         if status == piqp.PIQP_PRIMAL_INFEASIBLE:
-            raise _infeasible(program, joint, duration, solver.result.z_u + solver.result.z_l)
+            quantity, s = hardest_limit(program.quantity, program.s, solver.result.z_u + solver.result.z_l)
+            raise Infeasible(joint, QUANTITIES[quantity], s * duration, otherwise=ELSEWHERE)
         w = size * solver.result.x
         if status == piqp.PIQP_SOLVED and np.isfinite(w).all():
             # Correct the weights so that the equalities hold to rounding.
             return w + np.linalg.lstsq(program.A, program.b - program.A @ w)[0]
     raise SolverFailed(joint, status.name)
-
-
-def _infeasible(program: GaussianProgram, joint: int, duration: float, multipliers: np.ndarray) -> Infeasible:
-    """Name the quantity with the largest sum of multipliers, and the time of its largest multiplier."""
-    hardest = np.bincount(program.quantity, weights=multipliers, minlength=len(QUANTITIES)).argmax()
-    worst = np.where(program.quantity == hardest, multipliers, -1.0).argmax()
-    return Infeasible(joint, QUANTITIES[hardest], float(program.s[worst]) * duration, otherwise=ELSEWHERE)
 
 
 def _states(programs: list[GaussianProgram], weights: np.ndarray, duration: float) -> np.ndarray:

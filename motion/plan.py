@@ -18,8 +18,8 @@ from motion.program.curves import curves_of, trajectory_of
 from motion.program.effort import STOP, Effort
 from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
-from motion.program.judge import Judge
-from motion.program.min_duration import min_duration, stretched
+from motion.program.feasibility import FeasibilityCheck
+from motion.program.min_duration import min_duration
 from motion.program.optimum import Warm, optimum
 from motion.program.problem import (
     FINEST,
@@ -202,11 +202,11 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     goal = np.array([request.goal.positions, request.goal.velocities])
     if error := request.limits.exceeded(np.arange(2), goal):
         raise error
-    judge, shown = Judge(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
+    check, shown = FeasibilityCheck(primitive, final_accelerations(request), effort), round(primitive.duration / tick)
     # With a straight part only short durations may be feasible.
-    found = min_duration(request, judge, 0, shown, shown, tick) or min_duration(request, judge, 0, 1, 1, tick)
+    found = min_duration(request, check, 0, shown, shown, tick) or min_duration(request, check, 0, 1, 1, tick)
     if found is None:
-        return plan(primitive, stretched(request, primitive.duration), tick)
+        return plan(primitive, request.stretched(primitive.duration), tick)
     return plan(primitive, found, tick, remedy=False, precisions=FASTEST)
 
 

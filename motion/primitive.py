@@ -28,7 +28,7 @@ class Primitive:
     spline's. noise_estimate: (J,), rad, standard deviation of one sample. smoothing: the requested filter, None for the
     penalised spline. spread: (J, P), rad, standard deviation of several recordings around d at P evenly spaced phases,
     from which the weights of positions follow; P = 0 without weights. Raises InvalidMotion for too few or too many
-    functions, a spread of wrong shape, and a duration or spread that is not positive.
+    functions, a spread of wrong shape, a duration or spread that is not positive, and numbers that are not finite.
     """
 
     duration: float
@@ -43,8 +43,10 @@ class Primitive:
 
     def __post_init__(self) -> None:
         _check_basis_count(self.basis_count)
-        if self.duration <= 0:
-            raise InvalidMotion("duration", f"is {self.duration}; it must be greater than 0 s")
+        if not 0 < self.duration < np.inf:
+            raise InvalidMotion("duration", f"is {self.duration}; it must be finite and greater than 0 s")
+        if not np.isfinite(self.control_points).all():
+            raise InvalidMotion("control_points", "must be finite")
         joints, shape = self.joint_count, self.spread.shape
         if self.spread.ndim != 2 or shape[0] != joints or shape[1] == 1 or shape[1] > MAX_PHASES:
             sentence = f"has shape {shape}; it must have a row for each of {joints} joints, of 2 to {MAX_PHASES}"

@@ -139,6 +139,12 @@ class MotionRequest:
         )
         return replace(self, goal=goal, waypoints=waypoints)
 
+    def stretched(self, duration: float) -> "MotionRequest":
+        """The same request with another duration (s); the times of its waypoints scale with it."""
+        factor = duration / self.duration
+        waypoints = tuple(replace(w, time_from_start=w.time_from_start * factor) for w in self.waypoints)
+        return replace(self, duration=duration, waypoints=waypoints)
+
     def _check_waypoints(self, joints: int) -> None:
         if not self.waypoints:
             return

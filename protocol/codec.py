@@ -17,6 +17,7 @@ import msgpack
 import msgspec
 
 from protocol.errors import Refusal
+from protocol.messages.base import Joints
 from protocol.topics import SMALL, Query, id_fault
 
 if TYPE_CHECKING:
@@ -60,7 +61,21 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
     try:
         return _decoder(kind).decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        if (found := _bare(data, kind)) is not None:
+            return found
         raise _refusal_of(error, kind, data) from None
+
+
+def _bare(data: bytes, kind: type[Kind]) -> Kind | None:
+    """Return the message whose field `BARE` is the whole body; None if there is no such field, or it does not fit."""
+    if not (field := getattr(kind, "BARE", "")):
+        return None
+    try:
+        values = msgspec.msgpack.decode(data, type=Joints)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return None
+    version = values.pop("version", 1)
+    return kind(**{field: values}) if values and version == 1 else None
 
 
 def _decoder(kind: type[Kind]) -> msgspec.msgpack.Decoder[Kind]:
@@ -214,7 +229,7 @@ def _explain(error: msgspec.ValidationError, kind: type[msgspec.Struct], body: d
     if named:
         known = "" if path else f"; {kind.__name__} has {', '.join(kind.__struct_fields__)}"
         return bad_message(field, f"{_short(field, MAX_FIELD)} is not a known field{known}")
-    sentence = what.replace("`object", "`map").replace("`", "")
+    sentence = what.replace("`object", "`map").replace("`None`", "null").replace("`", "")
     if sentence.startswith("Invalid enum value"):
         choices = _choices(get_type_hints(kind).get(field))
         sentence += f"; choose from {', '.join(repr(choice) for choice in choices)}" if choices else ""

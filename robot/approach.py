@@ -69,7 +69,7 @@ def approach(
     positions: np.ndarray,
     moved: np.ndarray,
     floors: np.ndarray,
-    best: float = math.inf,
+    best: float,
 ) -> Approach:
     """Return the smallest distance over the steps, and the first one below its floor.
 

@@ -40,15 +40,11 @@ def finite_or_null(values: np.ndarray) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def ranges_or_null(ranges: np.ndarray) -> list[m.Range | None]:
-    """Return ranges (J, 2) as pairs, with null if either side has no limit."""
-    return [tuple(pair) if np.isfinite(pair).all() else None for pair in ranges.tolist()]
-
-
 def limit_fields(limits: Limits) -> dict[str, Any]:
-    """Return limits as the four fields of a message, with null for no limit."""
+    """Return limits as the four fields of a message, with null for no limit, or for a range without one of its ends."""
+    ranges = [tuple(pair) if np.isfinite(pair).all() else None for pair in limits.positions.tolist()]
     largest = {name: finite_or_null(getattr(limits, name)) for name in ("velocities", "accelerations", "jerks")}
-    return {"positions": ranges_or_null(limits.positions), **largest}
+    return {"positions": ranges, **largest}
 
 
 def limits_of(limits: m.RobotLimits) -> Limits:

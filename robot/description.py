@@ -13,7 +13,16 @@ from motion.limits import Limits
 from robot.court import BallConfig, CourtConfig, RacketConfig, ball_config, court_config, racket_config
 from robot.joints import bounds, home, inside, model_ranges, ranges, torques
 from robot.model import TOOL_SITE, Tool, body_name, check_tool, compile_model, is_slide, joint_ids
-from robot.schema import CollisionTable, Description, OnFault, RobotError, ToolFrame, read_description
+from robot.schema import (
+    CollisionTable,
+    Description,
+    OnFault,
+    RecoilBounds,
+    RobotError,
+    Tolerance,
+    ToolFrame,
+    read_description,
+)
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.tree import is_moved_by
 from robot.urdf import UrdfJoint, read_urdf
@@ -23,33 +32,11 @@ MAX_GAIN = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Tolerance:
-    """Largest error at a hit on any joint, rad and rad/s; inf: no bound."""
-
-    positions: float = np.inf
-    velocities: float = np.inf
-
-
-@dataclass(frozen=True, slots=True)
 class Collision:
     """The smallest distance (m) that plans keep between bodies, and the pairs of bodies that may touch."""
 
     margin: float
     ignore: frozenset[frozenset[str]]
-
-
-@dataclass(frozen=True, slots=True)
-class RecoilBounds:
-    """Bounds of a hit's recoil within which it is not a fault.
-
-    window: s before and after the planned hit, and after the first contact with the ball. positions, velocities: the
-    largest errors of any joint in the window, rad and rad/s. tolerance: error at which the recoil is over, rad.
-    """
-
-    window: float
-    positions: float
-    velocities: float
-    tolerance: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,21 +188,19 @@ def _tool(description: Description) -> Tool:
 
 
 def _tolerance(description: Description) -> Tolerance:
-    given = msgspec.structs.asdict(description.tolerance)
-    for key, value in given.items():
+    for key, value in msgspec.structs.asdict(description.tolerance).items():
         if not value > 0:
             raise RobotError(f"tolerance.{key}: {value} is not greater than 0")
-    return Tolerance(**given)
+    return description.tolerance
 
 
 def _recoil(description: Description) -> RecoilBounds | None:
     if description.racket is None or description.racket.recoil is None:
         return None
-    given = msgspec.structs.asdict(description.racket.recoil)
-    for key, value in given.items():
+    bounds, largest = description.racket.recoil, description.max_tracking_error
+    for key, value in msgspec.structs.asdict(bounds).items():
         if not 0 < value < np.inf:
             raise RobotError(f"racket.recoil.{key}: {value} is not a finite number greater than 0")
-    bounds, largest = RecoilBounds(**given), description.max_tracking_error
     if not bounds.tolerance < largest < bounds.positions:
         raise RobotError(
             f"racket.recoil: max_tracking_error = {largest:g} must lie between tolerance = {bounds.tolerance:g} and "

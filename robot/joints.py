@@ -1,12 +1,12 @@
-"""Table `joints` of a robot's TOML, checked against the model: its ranges, its torques, its keyframes."""
+"""Table `joints` of a robot's TOML, checked against the model: its ranges, its torque limits, its keyframes."""
 
 import mujoco
 import numpy as np
 
 from robot.schema import JointsTable, RobotError
-from robot.torque_limits import torque_limit
 
 KEYFRAME = "keyframe:"
+DRIVES = int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 ROUNDING = 1e-3
 """A position less than this (rad, m) outside its range was rounded, and is moved to the end of the range."""
 
@@ -94,3 +94,28 @@ def inside(where: str, value: float, bounds: np.ndarray) -> float:
     if not (low - ROUNDING <= value <= high + ROUNDING and np.isfinite(value)):
         raise RobotError(f"{where}: {value} lies outside its range {low:.6g} to {high:.6g}")
     return float(np.clip(value, low, high))
+
+
+def torque_limit(model: mujoco.MjModel, joint: int) -> float:
+    """Return the largest torque (N·m) in either direction, from the limits of the joint and of its actuators."""
+    limit = np.inf
+    if model.jnt_actfrclimited[joint]:
+        limit = np.abs(model.jnt_actfrcrange[joint]).min()
+    for actuator in range(model.nu):
+        if model.actuator_trntype[actuator] not in DRIVES or model.actuator_trnid[actuator, 0] != joint:
+            continue
+        gear = abs(model.actuator_gear[actuator, 0])
+        if model.actuator_forcelimited[actuator]:
+            limit = min(limit, gear * np.abs(model.actuator_forcerange[actuator]).min())
+        if _is_motor(model, actuator) and model.actuator_ctrllimited[actuator]:
+            limit = min(limit, gear * np.abs(model.actuator_ctrlrange[actuator]).min())
+    return float(limit)
+
+
+def _is_motor(model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether the actuator's control equals its force, so that both have the same range."""
+    return (
+        model.actuator_gaintype[actuator] == int(mujoco.mjtGain.mjGAIN_FIXED)
+        and model.actuator_biastype[actuator] == int(mujoco.mjtBias.mjBIAS_NONE)
+        and model.actuator_gainprm[actuator, 0] == 1.0
+    )

@@ -7,7 +7,7 @@ them contributes at most its speed times the distance of either point from its a
 import mujoco
 import numpy as np
 
-from robot.model import SINGLE_AXIS
+from robot.model import SINGLE_AXIS, rotation_matrix
 from robot.tree import joints_of, path_to_world
 
 HINGE, SLIDE = SINGLE_AXIS
@@ -50,9 +50,7 @@ class Levers:
         alone = model.body_jntnum[body] == 1
         if body not in self._chains[target]:
             # The axis is fixed in the frame of the parent.
-            turn = np.empty(9)
-            mujoco.mju_quat2Mat(turn, model.body_quat[body])
-            turn = turn.reshape(3, 3)
+            turn = rotation_matrix(model.body_quat[body])
             axis, anchor, body = turn @ axis, model.body_pos[body] + turn @ anchor, parent
         path = self._path(body, target)
         reach = model.geom_rbound[geom]

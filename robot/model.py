@@ -12,7 +12,7 @@ import numpy as np
 
 from robot.compilation import compile_spec
 from robot.schema import RobotError
-from robot.urdf import UrdfJoint
+from robot.urdf import XACRO, UrdfJoint
 from robot.urdf_model import prepare
 
 TOOL_SITE = "volley_tool"
@@ -24,8 +24,15 @@ CURES = {
     "Error opening file": "put that file where the model says it is",
     "range[0] should be smaller": "exchange or correct the two numbers",
     "unknown transmission target": "give the joint that name, or remove the actuator",
+    "invalid qpos size": "write as many numbers as the model's joints have, or remove the keyframe",
+    "XML parse error": "the file is not valid XML; correct that line, or export the file again",
+    "empty file": "export it again",
+    "unrecognized element": "correct its name, or remove it",
+    "unrecognized attribute": "correct its name, or remove it",
+    "plugin": "remove the plugin, which this MuJoCo cannot load",
 }
 """Cure for each error of MuJoCo, by a part of its text."""
+OTHER_CURE = "correct the model; MuJoCo's own viewer (python -m mujoco.viewer) must load it too"
 ASIDE = "The visual elements of the spec were discarded"
 """Irrelevant text that MuJoCo adds to an error."""
 # MuJoCo's enumeration members do not compare equal to the numbers in its arrays.
@@ -56,6 +63,8 @@ def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual:
     """
     if not path.is_file():
         raise RobotError(f"model: there is no file {str(path)!r}; name an MJCF or URDF file")
+    if path.suffix == ".xacro":
+        raise RobotError(f"model: {path.name!r} is a xacro file; {XACRO}")
     if path.suffix not in (".xml", ".urdf"):
         raise RobotError(
             f"model: {path.name!r} ends neither in .xml (MJCF) nor in .urdf; rename it, or name another one"
@@ -72,8 +81,8 @@ def compile_model(path: Path, tool: Tool, urdf: Mapping[str, UrdfJoint], visual:
         raise
     except ValueError as error:
         said = " ".join(str(error).partition(ASIDE)[0].split())
-        cure = next((f"; {cure}" for part, cure in CURES.items() if part in said), "")
-        raise RobotError(f"model: {path.name!r} cannot be loaded: {said}{cure}") from error
+        cure = next((cure for part, cure in CURES.items() if part in said), OTHER_CURE)
+        raise RobotError(f"model: {path.name!r} cannot be loaded: {said}; {cure}") from error
 
 
 def is_slide(model: mujoco.MjModel, joint: int) -> bool:
@@ -98,6 +107,13 @@ def addresses(found: np.ndarray) -> slice | np.ndarray:
     """Return an index of these elements of a model array: a slice if they are adjacent, which is faster."""
     first = int(found[0]) if len(found) else 0
     return slice(first, first + len(found)) if (np.diff(found) == 1).all() else found.astype(np.intp)
+
+
+def rotation_matrix(quaternion: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix (3, 3) of a unit quaternion (4,) w, x, y, z."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 def body_name(model: mujoco.MjModel, body: int) -> str:
@@ -127,10 +143,13 @@ def check_tool(model: mujoco.MjModel, tool: Tool, moved: list[int]) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Suppress MuJoCo's warnings about attached models: the first one's options apply, and no XML is saved."""
+    """Suppress MuJoCo's warnings about attached models: the first one's options apply, and no XML is saved.
+
+    Its warning about a joint without a range is suppressed too: `volley robot check` has a finding.
+    """
 
     def warn(text: str) -> None:
-        if not text.startswith("Attach"):
+        if not text.startswith("Attach") and "equal lower and upper limits" not in text:
             print(f"MuJoCo: {text}", file=sys.stderr)
 
     before = mujoco.get_mju_user_warning()

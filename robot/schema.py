@@ -23,8 +23,8 @@ class ToolFrame(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
-class ToleranceTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `tolerance`: largest error at a hit on any joint, rad and rad/s."""
+class Tolerance(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Table `tolerance`: largest error at a hit on any joint, rad and rad/s; inf: no bound."""
 
     positions: float = math.inf
     velocities: float = math.inf
@@ -49,10 +49,11 @@ class CollisionTable(msgspec.Struct, forbid_unknown_fields=True):
     ignore: list[tuple[str, str]] = msgspec.field(default_factory=list)
 
 
-class RecoilTable(msgspec.Struct, forbid_unknown_fields=True):
-    """Table `racket.recoil`: a window around a hit (s), and the largest errors of any joint in it (rad, rad/s).
+class RecoilBounds(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Table `racket.recoil`: bounds of a hit's recoil within which it is not a fault.
 
-    tolerance: rad; the recoil is over when each joint is this close to its reference.
+    window: s before and after the planned hit, and after the first contact with the ball. positions, velocities: the
+    largest errors of any joint in the window, rad and rad/s. tolerance: error at which the recoil is over, rad.
     """
 
     window: float
@@ -81,7 +82,7 @@ class RacketTable(msgspec.Struct, forbid_unknown_fields=True):
     geom: str | None = None
     restitution: float = 0.8
     friction: float = 0.6
-    recoil: RecoilTable | None = None
+    recoil: RecoilBounds | None = None
 
 
 class CourtTable(msgspec.Struct, forbid_unknown_fields=True):
@@ -111,7 +112,7 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
     max_tracking_error: float
     joints: JointsTable
     on_fault: OnFault = "hold"
-    tolerance: ToleranceTable = msgspec.field(default_factory=ToleranceTable)
+    tolerance: Tolerance = msgspec.field(default_factory=Tolerance)
     held: dict[str, float] = msgspec.field(default_factory=dict)
     others: dict[str, list[str]] = msgspec.field(default_factory=dict)
     collision: CollisionTable = msgspec.field(default_factory=CollisionTable)

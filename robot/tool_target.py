@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
+
+from robot.model import rotation_matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +60,4 @@ class Unreachable(Exception):
 
 def rotation_of(quaternion: np.ndarray) -> np.ndarray:
     """Return the rotation matrix (3, 3) of a quaternion (4,) w, x, y, z of any length but 0."""
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion / np.linalg.norm(quaternion))
-    return matrix.reshape(3, 3)
+    return rotation_matrix(quaternion / np.linalg.norm(quaternion))

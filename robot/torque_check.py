@@ -1,10 +1,11 @@
 """Check motions for torques beyond the arm's limits."""
 
+from dataclasses import dataclass, field
+
 import mujoco
 import numpy as np
 
 from motion.errors import MotionError, works_in
-from motion.request import MotionRequest
 from motion.trajectory import Samples, Trajectory
 from robot.description import RobotConfig
 from robot.torques import InverseDynamics
@@ -18,6 +19,7 @@ NEAR_LIMIT = 0.85
 ROUNDING = 1e-9
 
 
+@dataclass(eq=False)
 class TorqueExceeded(MotionError):
     """A motion exceeds a joint's torque limit.
 
@@ -26,31 +28,20 @@ class TorqueExceeded(MotionError):
     waypoints' times in it; both are None if no duration was found.
     """
 
-    def __init__(
-        self,
-        joint: int,
-        value: float,
-        bound: float,
-        time: float,
-        min_duration: float | None = None,
-        waypoint_times: list[float] | None = None,
-    ) -> None:
-        remedy = works_in(min_duration, waypoint_times, "give it more time")
-        super().__init__(
-            f"joint {joint}: needs a torque of {abs(value):.4g} N·m, first more than its {abs(bound):.4g} N·m at "
-            f"{time:.3f} s; {remedy}"
-        )
-        self.joint = joint
-        self.quantity = "torque"
-        self.value = value
-        self.bound = bound
-        self.time = time
-        self.min_duration = min_duration
-        self.waypoint_times = waypoint_times
+    joint: int
+    value: float
+    bound: float
+    time: float
+    min_duration: float | None = None
+    waypoint_times: list[float] | None = None
+    quantity: str = field(init=False, default="torque")
 
-    def with_remedy(self, works: MotionRequest) -> "TorqueExceeded":
-        """Return the error with a duration (s) that works, and the waypoints' times (s) in it."""
-        return TorqueExceeded(self.joint, self.value, self.bound, self.time, works.duration, works.waypoint_times)
+    def __str__(self) -> str:
+        remedy = works_in(self.min_duration, self.waypoint_times, "give it more time")
+        return (
+            f"joint {self.joint}: needs a torque of {abs(self.value):.4g} N·m, first more than its "
+            f"{abs(self.bound):.4g} N·m at {self.time:.3f} s; {remedy}"
+        )
 
 
 class TorqueCheck:

@@ -1,6 +1,7 @@
 """Parser of a URDF's joints. MuJoCo's silently drops velocity limits and misreads implausible ranges."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,6 +13,10 @@ from robot.schema import RobotError
 
 MAX_BYTES = 50_000_000
 """Largest size of a URDF, bytes; meshes are separate files."""
+ROOT = re.compile(rb"\A(?:[^<]|<!--.*?-->|<[?!][^>]*>)*<robot\b", re.DOTALL)
+"""Begin of a URDF: its root, after the declaration and comments."""
+XACRO = "expand it first: xacro FILE.xacro > FILE.urdf"
+"""Cure for a xacro file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +28,8 @@ class UrdfJoint:
         kind: revolute, continuous, prismatic or fixed.
         velocity: Velocity limit, rad/s or m/s.
         effort: Effort limit, N·m or N.
+        lower: Begin of its range, rad or m; 0 if missing.
+        upper: End of its range.
         mimics: Name of the joint that it mimics.
         limited: Whether the file gives limits, even for a fixed joint.
     """
@@ -31,6 +38,8 @@ class UrdfJoint:
     kind: str
     velocity: float | None
     effort: float | None
+    lower: float
+    upper: float
     mimics: str | None
     limited: bool
 
@@ -48,26 +57,32 @@ class UrdfJoint:
             for key, value in (("velocity", self.velocity), ("effort", self.effort)):
                 if value is not None and value <= 0:
                     yield f"{self.name}: {key} is {value:g}, which is taken for unknown; write the true limit"
+            if self.kind != "continuous" and self.lower == self.upper:
+                yield (
+                    f"{self.name}: its range begins and ends at {self.lower:g}, which is taken for no range; "
+                    "write lower and upper"
+                )
 
 
 def read_urdf(path: Path) -> dict[str, UrdfJoint]:
     """Return the joints of a URDF by name; empty for a file not named `.urdf`.
 
     Raises:
-        RobotError: the file is not a URDF, or one of its joints is invalid.
+        RobotError: the file is not a URDF, or one of its joints is invalid; or it is a URDF with another name.
     """
     if path.suffix != ".urdf":
+        _check_is_no_urdf(path)
         return {}
     try:
         root = _parse(path.read_bytes())
     except OSError as error:
         raise RobotError(f"{path}: cannot be read ({error.strerror}); name a URDF or MJCF file") from error
     except expat.ExpatError as error:
-        raise RobotError(f"{path}: is not XML: {error}") from error
+        raise RobotError(f"{path}: is not XML: {error}; correct the file there, or export it again") from error
     if any(element.tag.startswith("xacro:") for element in root.iter()):
-        raise RobotError(f"{path}: is a xacro file; expand it first: xacro FILE.xacro > FILE.urdf")
+        raise RobotError(f"{path}: is a xacro file; {XACRO}")
     if root.tag != "robot":
-        raise RobotError(f"{path}: its root is <{root.tag}>; a URDF's is <robot>")
+        raise RobotError(f"{path}: its root is <{root.tag}>; a URDF's is <robot>, and an MJCF's name ends in .xml")
     joints = [_joint(element) for element in root.findall("joint")]
     for what, names in (
         ("link", [link.get("name", "") for link in root.findall("link")]),
@@ -82,6 +97,12 @@ def read_urdf(path: Path) -> dict[str, UrdfJoint]:
                 f"{path}: {joint.name} follows {joint.mimics}, which is not a moving joint; correct or remove <mimic>"
             )
     return by_name
+
+
+def _check_is_no_urdf(path: Path) -> None:
+    """Refuse a URDF named `.xml`: MuJoCo reads it, but without the corrections that a URDF needs."""
+    if path.suffix == ".xml" and path.is_file() and ROOT.search(path.read_bytes()):
+        raise RobotError(f"{path}: is a URDF, because its root is <robot>; rename it to {path.stem}.urdf")
 
 
 def _parse(text: bytes) -> ElementTree.Element:
@@ -110,7 +131,8 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         try:
             value = None if text is None else float(text)
         except ValueError:
-            raise RobotError(f"{name}: limit {key}={text!r} is not a number") from None
+            cure = XACRO if text is not None and "$" in text else "write a number"
+            raise RobotError(f"{name}: limit {key}={text!r} is not a number; {cure}") from None
         return value if value is None or math.isfinite(value) else None
 
     if kind in ("floating", "planar"):
@@ -125,6 +147,8 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         kind=kind,
         velocity=number("velocity"),
         effort=number("effort"),
+        lower=lower,
+        upper=upper,
         mimics=None if mimic is None else mimic.get("joint"),
         limited=limit is not None,
     )

@@ -9,64 +9,57 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import rerun_cli
 import tyro
 from rerun.experimental import ViewerClient
+from tyro.conf import Positional
 
 from services.common.cli import free_endpoint
 
-LOAD_TIMEOUT_S = 60.0
-"""Timeout of the viewer's start and its loading of the trace."""
+LOAD_TIMEOUT_S = 240.0
+"""Timeout of the viewer's start and its loading of the trace; a busy machine needs more than a minute."""
+NO_DRIVER = "Failed to get render context"
+"""Part of the viewer's output on a machine without a graphics driver."""
+LAST = 400
+"""Number of characters of the viewer's output that an error repeats."""
 SETTLE_S = 2.0
 """Time from the end of loading until the viewer has drawn all views."""
 
 
-@dataclass(frozen=True, slots=True)
-class Flags:
-    """Take a screenshot of a trace.
+def take_screenshot(
+    trace: Positional[Path], image: Positional[Path], at: float | None = None, size: tuple[int, int] = (1600, 1000)
+) -> None:
+    """Take a screenshot of a trace: start a viewer, wait until it has loaded the trace, and save the image.
 
-    Attributes:
+    Args:
         trace: The trace, a .rrd file.
         image: The .png file to write.
         at: Position of the time cursor on `sim_time`, s; by default the end.
         size: Width and height in pixels.
-    """
-
-    trace: Annotated[Path, tyro.conf.Positional]
-    image: Annotated[Path, tyro.conf.Positional]
-    at: float | None = None
-    size: tuple[int, int] = (1600, 1000)
-
-
-def take_screenshot(flags: Flags) -> None:
-    """Start a viewer, wait until it has loaded the trace, and save a screenshot.
 
     Raises:
-        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with the viewer's last
-            output.
+        RuntimeError: the viewer did not start or did not load the trace; the sentence ends with the cause, or with the
+            viewer's last output.
     """
     viewer = Path(rerun_cli.__file__).parent / "rerun"
     port = free_endpoint().rpartition(":")[2]
     with tempfile.TemporaryDirectory() as home:
         environment = {**os.environ, "HOME": home, "XDG_CONFIG_HOME": home, "XDG_DATA_HOME": home}
         subprocess.run([viewer, "analytics", "disable"], env=environment, check=True, capture_output=True)
-        size = "x".join(str(pixels) for pixels in flags.size)
-        options = ["--headless", "--bind", "127.0.0.1", "--port", port, "--window-size", size]
+        options = ["--headless", "--bind", "127.0.0.1", "--port", port, "--window-size", "x".join(map(str, size))]
         with (Path(home) / "log").open("w+") as output:
-            process = subprocess.Popen([viewer, *options, flags.trace], env=environment, stdout=output, stderr=output)
+            process = subprocess.Popen([viewer, *options, trace], env=environment, stdout=output, stderr=output)
             try:
                 client = _wait_for_trace(process, f"rerun+http://127.0.0.1:{port}/proxy")
-                if flags.at is not None:
-                    client.set_time("sim_time", duration=flags.at, play_state="paused")
+                if at is not None:
+                    client.set_time("sim_time", duration=at, play_state="paused")
                 time.sleep(SETTLE_S)
-                client.save_screenshot(str(flags.image.resolve()))
+                client.save_screenshot(str(image.resolve()))
             except TimeoutError as error:
                 output.seek(0)
-                raise RuntimeError(f"{error}; its last output: {output.read()[-400:]}") from None
+                raise RuntimeError(f"{error}; {_cause(output.read())}") from None
             finally:
                 process.kill()  # it has nothing to save, and an orderly exit is slow on a busy machine
                 process.wait()
@@ -84,11 +77,19 @@ def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
             continue  # the viewer is still starting
         if state.recordings and state.recordings[0].timelines and not state.loading:
             return client
+    if process.poll() is not None:
+        raise TimeoutError("the viewer ended before it showed the trace")
     raise TimeoutError(f"the viewer did not show the trace within {LOAD_TIMEOUT_S:g} s")
+
+
+def _cause(output: str) -> str:
+    if NO_DRIVER in output:
+        return "this machine has no graphics driver; install one, on Debian: apt install mesa-vulkan-drivers"
+    return f"its last output: {output[-LAST:]}"
 
 
 if __name__ == "__main__":
     try:
-        take_screenshot(tyro.cli(Flags))
+        tyro.cli(take_screenshot)
     except RuntimeError as error:
         sys.exit(f"screenshot: {error}")

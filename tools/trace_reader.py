@@ -88,7 +88,8 @@ def read_trace(path: Path) -> Trace:
     pieces: dict[tuple[str, str], list[tuple[dict[str, np.ndarray], list[list[Any]]]]] = {}
     for chunk in read_chunks(path):
         batch = chunk.to_record_batch()
-        times = {name: _integers(batch, name) for name in TIMELINES if name in batch.schema.names}
+        timelines = [name for name in TIMELINES if name in batch.schema.names]
+        times = {name: batch.column(name).cast(pa.int64()).to_numpy() for name in timelines}
         for name in batch.schema.names:
             if isinstance(batch.schema.field(name).type, pa.ListType):
                 values = [row or [] for row in batch.column(name).to_pylist()]
@@ -145,10 +146,6 @@ def _without_incomplete_message(path: Path, directory: Path) -> Path:
             following = end + MESSAGE_HEADER.size + length
         file.truncate(end)
     return copy
-
-
-def _integers(batch: pa.RecordBatch, name: str) -> np.ndarray:
-    return batch.column(name).cast(pa.int64()).to_numpy()
 
 
 def _join(pieces: list[tuple[dict[str, np.ndarray], list[list[Any]]]]) -> Column:

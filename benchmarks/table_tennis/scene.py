@@ -111,8 +111,8 @@ def toml(model: Path, scale: float = 1.0) -> str:
     return ROBOT.format(model=model, **{name: (scale * values).tolist() for name, values in kinds.items()})
 
 
-def court(restitution: float = 1.0, spread: float = 0.02) -> Court:
+def court(restitution: float = 1.0) -> Court:
     """Return the table and its net. restitution: assumed one, relative to the true one."""
     net = Net(np.array([0.0, 0.0, NET_TOP]), np.array([1.0, 0.0]), NET_HALF_WIDTH)
-    bounce = Surface(TABLE, restitution * BOUNCE.restitution, BOUNCE.tangential, BOUNCE.dwell, spread)
+    bounce = Surface(TABLE, restitution * BOUNCE.restitution, BOUNCE.tangential, BOUNCE.dwell)
     return Court(bounce, net)

@@ -90,7 +90,13 @@ def _recordings(rows: list[Own]) -> list[str]:
 
 def _deviation(row: Own) -> list[str]:
     kept = "yes" if row.kept else "**no**"
-    return [str(row.functions), _milli(row.deviation), _digits(_percent(row)), _milli(row.bound), kept]
+    return [
+        str(row.functions),
+        _milli(row.deviation),
+        _digits(100 * row.deviation / row.range),
+        _milli(row.bound),
+        kept,
+    ]
 
 
 def _accelerations(row: Own) -> str:
@@ -119,10 +125,6 @@ def _markdown(head: str, cells: list[list[str]], texts: int = 1) -> list[str]:
     columns = head.count(" | ") + 1
     rule = "|" + "---|" * texts + "---:|" * (columns - texts)
     return [f"| {head} |", rule, *(f"| {' | '.join(row)} |" for row in cells)]
-
-
-def _percent(row: Own) -> float:
-    return 100 * row.deviation / row.range
 
 
 def _milli(value: float) -> str:

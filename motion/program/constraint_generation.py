@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from motion.errors import SolverFailed
-from motion.program.contradiction import InfeasibleRows
+from motion.program.contradiction import InfeasibleRows, hardest_limit
 from motion.program.effort import CUBE, FULL_SOLVE, PROGRAM, Effort
 from motion.program.least_distance import INFEASIBLE, UNCLEAR, least_distance, least_distance_in_doubt
 from motion.program.limit_rows import KINDS
@@ -203,12 +203,9 @@ def _violated(over: np.ndarray, joints: np.ndarray, stretches: bool = False) -> 
 
 
 def _contradiction(problem: Problem, joint: int, rows: np.ndarray, multipliers: np.ndarray) -> InfeasibleRows:
-    """Name the quantity with the largest sum of multipliers, and the place of its largest multiplier."""
     point = rows % len(problem.hull.s)
-    quantity = problem.hull.quantity[point]
-    hardest = np.bincount(quantity, weights=multipliers, minlength=4).argmax()
-    worst = np.where(quantity == hardest, multipliers, -1.0).argmax()
-    return InfeasibleRows(joint, int(hardest), float(problem.hull.s[point[worst]]), rows, multipliers)
+    where = hardest_limit(problem.hull.quantity[point], problem.hull.s[point], multipliers)
+    return InfeasibleRows(joint, *where, rows, multipliers)
 
 
 def refutes(problem: Problem, rows: np.ndarray, multipliers: np.ndarray) -> bool:

@@ -4,29 +4,32 @@ A divided difference of the prescribed values is, up to a factor, a mean of a de
 (mean value theorem). If a mean exceeds a limit, the motion does too, whatever its functions.
 """
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from motion.limits import Limits
 from motion.program.equalities import Fixed
 
-NOTHING = np.zeros(0)
 
-
+@dataclass(eq=False)
 class InfeasibleRows(Exception):
     """The limits of one joint contradict each other; `quantity` (0 to 3) and `s` name the hardest one, and where.
 
     rows, multipliers: rows that contradict each other with these weights; empty if it was found without a program.
     """
 
-    def __init__(
-        self, joint: int, quantity: int, s: float, rows: np.ndarray = NOTHING, multipliers: np.ndarray = NOTHING
-    ) -> None:
-        super().__init__(f"joint {joint}: limits contradict each other")
-        self.joint = joint
-        self.quantity = quantity
-        self.s = s
-        self.rows = rows
-        self.multipliers = multipliers
+    joint: int
+    quantity: int
+    s: float
+    rows: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
+    multipliers: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+def hardest_limit(quantity: np.ndarray, s: np.ndarray, multipliers: np.ndarray) -> tuple[int, float]:
+    """Return the quantity whose rows (n,) have the largest sum of multipliers, and the s of its largest multiplier."""
+    hardest = int(np.bincount(quantity, weights=multipliers, minlength=4).argmax())
+    return hardest, float(s[np.where(quantity == hardest, multipliers, -1.0).argmax()])
 
 
 def check_means(fixed: Fixed, duration: float, limits: Limits) -> None:

@@ -122,7 +122,7 @@ def _most_rest(request: MotionRequest) -> float:
 
 
 def equalities_of(
-    space: Space, fixed: Fixed, values: np.ndarray, local: bool, own: tuple[Space, ...] = ()
+    space: Space, fixed: Fixed, values: np.ndarray, local: bool, own: tuple[Space, ...]
 ) -> tuple[Equalities, np.ndarray]:
     """Return the equalities of `values` (F, J), in normalised time, and their targets (J, m).
 

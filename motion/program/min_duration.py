@@ -1,11 +1,10 @@
 """Search of the shortest feasible duration: above that of an infeasible request, or of all."""
 
 import math
-from dataclasses import replace
 
 from motion.errors import OutOfTime
-from motion.program.judge import Judge
-from motion.request import MotionRequest, Waypoint
+from motion.program.feasibility import FeasibilityCheck
+from motion.request import MotionRequest
 
 FACTOR = 1.5
 MAX_DURATION = 60.0
@@ -28,37 +27,21 @@ RESERVE = 0.1
 """The refinement of a feasible duration ends when this part of the effort at its begin is left."""
 
 
-def stretched(request: MotionRequest, duration: float) -> MotionRequest:
-    """Return the same request with another duration (s); the times of its waypoints scale with it."""
-    factor = duration / request.duration
-    waypoints = tuple(Waypoint(w.time_from_start * factor, w.positions, w.velocities) for w in request.waypoints)
-    return replace(request, duration=duration, waypoints=waypoints)
-
-
 def min_duration(
-    request: MotionRequest, judge: Judge, low: int, guess: int, shown: int, tick: float
+    request: MotionRequest, check: FeasibilityCheck, low: int, guess: int, shown: int, tick: float
 ) -> MotionRequest | None:
     """Return the request in the shortest feasible duration that is found above `low` ticks, which is infeasible.
 
     None if none is found. The search goes up from `guess` ticks by factors of 1.5. When effort gets scarce it jumps to
     the `shown` ticks of the demonstration. Then it narrows the bracket between the last infeasible and the first
     feasible duration, to a tick or `RESOLUTION` or until little effort is left, so a shorter feasible duration may
-    exist. Each step tries the joints that failed before first.
+    exist.
     """
-    order = list(range(request.joint_count))
-    high, effort = None, judge.effort
+    high, effort = None, check.effort
     step, whole = max(guess, low + 1), effort.left
-
-    def works(ticks: int, most: float) -> bool:
-        failing = judge.failing(stretched(request, ticks * tick), order, most)
-        if failing is not None:
-            order.remove(failing)
-            order.insert(0, failing)
-        return failing is None
-
     try:
         while high is None and step * tick <= MAX_DURATION:
-            if works(step, SEARCH_EFFORT):
+            if check.passes(request.stretched(step * tick), SEARCH_EFFORT):
                 high = step
             else:
                 low, step = step, math.ceil(step * FACTOR)
@@ -67,7 +50,8 @@ def min_duration(
         least = RESERVE * effort.left
         while high is not None and high - low > max(1, RESOLUTION * high) and effort.left > least:
             middle = low + math.ceil(NEXT * (high - low))
-            low, high = (low, middle) if works(middle, REFINE_EFFORT) else (middle, high)
+            works = check.passes(request.stretched(middle * tick), REFINE_EFFORT)
+            low, high = (low, middle) if works else (middle, high)
     except OutOfTime:
         pass
-    return None if high is None else stretched(request, high * tick)
+    return None if high is None else request.stretched(high * tick)

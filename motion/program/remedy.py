@@ -9,7 +9,7 @@ from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.contradiction import InfeasibleRows
 from motion.program.effort import Effort
-from motion.program.judge import Judge
+from motion.program.feasibility import FeasibilityCheck
 from motion.program.min_duration import FACTOR, SEARCH_EFFORT, min_duration
 from motion.program.problem import Precision
 from motion.program.terminal_set import final_accelerations
@@ -34,14 +34,14 @@ def refusal(
     """
     found = None
     if remedy and isinstance(failed, InfeasibleRows | OutOfTime):
-        judge = Judge(primitive, final_accelerations(request), effort, precision)
+        check = FeasibilityCheck(primitive, final_accelerations(request), effort, precision)
         low = math.ceil(request.duration / tick - 1e-9)
         guess = math.ceil(low * FACTOR)
         # At the demonstrated speed the motion may be feasible.
         shown = math.ceil((1 - request.phase) * primitive.duration / (1 - request.rest_fraction) / tick)
         if isinstance(failed, OutOfTime):
             guess = max(guess, shown)
-        found = min_duration(request, judge, low, guess, shown, tick)
+        found = min_duration(request, check, low, guess, shown, tick)
     works = (found.duration, found.waypoint_times) if found else (None, None)
     if isinstance(failed, OutOfTime):
         return OutOfTime(failed.joint, *works)
@@ -62,7 +62,7 @@ def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precisio
         while moving < 1:
             moving = min(4 * moving, 1.0)
             less = replace(request, rest_fraction=round(1 - moving, 6))
-            judge = Judge(primitive, final_accelerations(less, remedy=False), effort, precision)
-            if judge.failing(less, list(range(request.joint_count)), SEARCH_EFFORT) is None:
+            check = FeasibilityCheck(primitive, final_accelerations(less, remedy=False), effort, precision)
+            if check.passes(less, SEARCH_EFFORT):
                 return less.rest_fraction
     return None

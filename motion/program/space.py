@@ -5,7 +5,7 @@ in the convex hulls of their control points, which are linear in w and in the st
 """
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -59,8 +59,9 @@ class Space:
 
     def rows_at(self, quantity: int, s: np.ndarray) -> np.ndarray:
         """Rows (n, N + 2) on x of the quantity-th derivative of the position at s (n,), from 0 to 3."""
-        begin, end = _sections(self.count)[quantity : quantity + 2]
-        return splines.rows(end - begin, splines.POSITION_DEGREE - quantity, s) @ self.control_points[begin:end]
+        count = self.count + 2 - quantity
+        begin = sum(range(count + 1, self.count + 3))  # control points of the quantities before
+        return splines.rows(count, splines.POSITION_DEGREE - quantity, s) @ self.control_points[begin : begin + count]
 
     def positions(self, x: np.ndarray) -> np.ndarray:
         """Control points (n, N + 2) of the positions of motions x (n, N + 2)."""
@@ -133,9 +134,3 @@ def _insertion(
         ends.append(finer[degree + 1 :])
     quantity = np.repeat(np.arange(QUANTITIES), [len(each) for each in places])
     return csr_array(block_diag(matrices)), quantity, np.concatenate(places), np.concatenate(ends)
-
-
-@cache
-def _sections(count: int) -> tuple[int, ...]:
-    """Index of the first control point of position, velocity, acceleration and jerk, and the total number."""
-    return 0, count + 2, 2 * count + 3, 3 * count + 3, 4 * count + 2

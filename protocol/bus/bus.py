@@ -161,13 +161,11 @@ class Bus:
     def ask_later(self, topic: Query[RequestT, ReplyT], request: RequestT, callback: Callable[[bytes], object]) -> None:
         """Send `request` and return at once; the body of a reply goes to `callback`, in Zenoh's thread."""
 
-        def receive(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
+        def receive(reply: zenoh.Reply | None) -> None:
+            if reply is not None and reply.ok is not None:
                 callback(reply.ok.payload.to_bytes())
 
-        self.session.get(
-            self.key(topic.key), receive, payload=encode(request), encoding=ENCODING, timeout=topic.timeout_s
-        )
+        self.send_to(topic, request, receive)
 
     def ask(self, topic: Query[RequestT, ReplyT], request: RequestT, timeout: float | None = None) -> ReplyT:
         """Send `request` and return the reply, waiting up to `timeout` s (the topic's own by default).
@@ -207,8 +205,14 @@ class Bus:
         raise NoAnswer(topic.owner, self.key(topic.key))
 
     def announce(self, service: str) -> zenoh.LivelinessToken:
-        """Declare the liveliness token of `service`, which is then ready for requests, until it is undeclared."""
+        """Declare the liveliness token of `service`, which is then ready for requests, until it is withdrawn."""
         return self._keep(self.session.liveliness().declare_token(self.key(alive_key(service))))
+
+    def withdraw(self, declared: zenoh.LivelinessToken | zenoh.Subscriber) -> None:
+        """Undeclare a token that was announced, or a subscriber, unless the session is closed."""
+        self._kept.remove(declared)
+        if not self.session.is_closed():
+            declared.undeclare()
 
     def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:
         """Claim to be the only instance of `service` while the session lives; return whether it is the only one.
@@ -225,7 +229,7 @@ class Bus:
         deadline = time.monotonic() + timeout
         while others := self.rivals(service):
             if min(others) < own or time.monotonic() > deadline:
-                token.undeclare()  # so that the other does not wait for this process to end
+                self.withdraw(token)  # so that the other does not wait for this process to end
                 return not self.rivals(service) and self.claim(service, timeout)
             time.sleep(CLAIM_PERIOD_S)
         return True

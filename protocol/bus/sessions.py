@@ -112,33 +112,32 @@ def session_config(
         zenoh.ZError: the configuration is invalid.
     """
     config = read_config(config_file) if config_file else zenoh.Config()
-    config.insert_json5("scouting/multicast/enabled", "false")
-    config.insert_json5("scouting/delay", "0")  # scouting is off, so there is nothing to wait for
-    config.insert_json5("transport/shared_memory/enabled", "false")
-    config.insert_json5("transport/link/rx/max_message_size", str(MAX_MESSAGE_BYTES))
-    config.insert_json5("transport/link/tx/lease", str(timeouts.lease_ms))
-    config.insert_json5("transport/link/tx/batch_size", str(timeouts.batch_bytes))
     is_router = bool(listen) or config.get_json("mode") == '"router"'
-    blocked_us = BLOCKED_US if is_router else CLIENT_BLOCKED_US
-    config.insert_json5("transport/link/tx/queue/congestion_control/block/wait_before_close", str(blocked_us))
-    config.insert_json5("transport/link/tx/queue/size/real_time", str(STREAM_QUEUE))
+    settings: dict[str, object] = {
+        "scouting/multicast/enabled": False,
+        "scouting/delay": 0,  # scouting is off, so there is nothing to wait for
+        "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
+        "transport/link/tx/lease": timeouts.lease_ms,
+        "transport/link/tx/batch_size": timeouts.batch_bytes,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": (
+            BLOCKED_US if is_router else CLIENT_BLOCKED_US
+        ),
+        "transport/link/tx/queue/size/real_time": STREAM_QUEUE,
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+        "connect/timeout_ms": -1 if listen else 500,  # a client that retried without end would ignore signals
+        "connect/exit_on_failure": False,
+    }
     if timeouts.is_granted:
-        for link in ("tcp", "tls"):
-            config.insert_json5(f"transport/link/{link}/so_rcvbuf", str(timeouts.backlog_bytes))
-    retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
-    config.insert_json5("connect/retry", json.dumps(retry))
-    attempt_ms = -1 if listen else 500  # a client that retried without end would ignore signals
-    config.insert_json5("connect/timeout_ms", str(attempt_ms))
-    config.insert_json5("connect/exit_on_failure", "false")
+        settings |= {f"transport/link/{link}/so_rcvbuf": timeouts.backlog_bytes for link in ("tcp", "tls")}
     if listen:
-        config.insert_json5("mode", '"router"')
-        config.insert_json5("listen/endpoints", json.dumps(list(listen)))
-        config.insert_json5("listen/exit_on_failure", "true")
+        settings |= {"mode": "router", "listen/endpoints": list(listen), "listen/exit_on_failure": True}
     elif not config_file or connect:
-        config.insert_json5("mode", '"client"')
-        config.insert_json5("listen/endpoints", "[]")
+        settings |= {"mode": "client", "listen/endpoints": []}
     if connect:
-        config.insert_json5("connect/endpoints", json.dumps(list(connect)))
+        settings["connect/endpoints"] = list(connect)
+    for name, value in settings.items():
+        config.insert_json5(name, json.dumps(value))
     return config
 
 

@@ -1,6 +1,6 @@
 """The robot, simulated or real: state, description, recovery, held joints, guiding."""
 
-from msgspec import Struct, field
+from msgspec import field
 
 from protocol.messages.base import (
     Clock,
@@ -11,8 +11,8 @@ from protocol.messages.base import (
     Names,
     Number,
     PartialVector,
+    PlanLimits,
     Point,
-    Range,
     Request,
     TorqueSource,
     Vector,
@@ -55,21 +55,13 @@ class State(Message, kw_only=True):
     held: Joints = field(default_factory=dict)
 
 
-class RobotLimits(Struct, kw_only=True):
-    """The robot's own limits; null: no limit.
+class RobotLimits(PlanLimits, kw_only=True):
+    """The robot's own limits.
 
     Attributes:
-        positions: [low, high] of each joint
-        velocities: largest of either sign
-        accelerations: largest of either sign
-        jerks: largest of either sign
-        torques: largest of either sign, N·m
+        torques: largest of either sign, N·m, null: no limit
     """
 
-    positions: list[Range | None]
-    velocities: PartialVector
-    accelerations: PartialVector
-    jerks: PartialVector
     torques: PartialVector
 
 
@@ -117,9 +109,14 @@ class Recovered(Message, kw_only=True):
 class Hold(Request, kw_only=True):
     """Move held joints, for example those of a gripper, to new values.
 
+    The body may also be the map of joints itself, {joint: value}.
+
     Attributes:
         joints: rad or m by name; the others keep their values
     """
+
+    BARE = "joints"
+    """Name of the field that may be the whole body; not annotated, because it is not a field itself."""
 
     joints: Joints
 

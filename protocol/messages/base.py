@@ -123,6 +123,22 @@ class Waypoint(Struct, forbid_unknown_fields=True, kw_only=True):
     tool: ToolGoal | None = None
 
 
+class PlanLimits(Struct, kw_only=True):
+    """The limits of a plan, the robot's and the goal's combined.
+
+    Attributes:
+        positions: [low, high] of each joint, null: no limit
+        velocities: largest of either sign, null: no limit
+        accelerations: largest of either sign, null: no limit
+        jerks: largest of either sign, null: no limit
+    """
+
+    positions: list[Range | None]
+    velocities: PartialVector
+    accelerations: PartialVector
+    jerks: PartialVector
+
+
 class Clearance(Struct, kw_only=True):
     """The smallest distance of the arm from itself and from the scene along a motion.
 

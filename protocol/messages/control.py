@@ -45,6 +45,8 @@ class Reference(Message, kw_only=True):
 class Cancel(Request, kw_only=True):
     """Stop the motion.
 
+    The arm stops as fast as the robot's own limits allow, also if the goal had tighter ones.
+
     Attributes:
         goal_id: stop this motion only; null: any motion
     """

@@ -76,6 +76,8 @@ class ResetDone(Message, kw_only=True):
 class Disturb(Request, kw_only=True):
     """Disturb the simulation: push the arm, add noise to its sensors or to the camera, let wind blow, drop messages.
 
+    A value of `sensor_noise` or `ball_noise` that is left out is set to 0.
+
     Attributes:
         kind: of the disturbance; the fields of other kinds must be null
         values: of `acceleration` (rad/s²) or `torque` (N·m) on each joint; of `wind`: velocity of the air (m/s) along

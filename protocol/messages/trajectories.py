@@ -10,7 +10,7 @@ from protocol.messages.base import (
     Names,
     Number,
     PartialVector,
-    Range,
+    PlanLimits,
     Stamps,
     Tolerance,
     Waypoint,
@@ -77,8 +77,8 @@ class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
     """A motion from `start_time` through the goal to rest.
 
     A request has either the three matrices or `pieces`. Pieces are smaller, and the controller checks them for all
-    times instead of at samples: inside the limits; positions, velocities and accelerations continuous at the breaks;
-    the last piece constant, of any length, zero included.
+    times instead of at samples: inside the limits; positions, velocities and accelerations continuous at the breaks.
+    Samples and pieces end at rest.
 
     Attributes:
         positions: matrix of `count` × joints
@@ -89,22 +89,6 @@ class Trajectory(Motion, forbid_unknown_fields=True, kw_only=True):
     positions: bytes | None = None
     velocities: bytes | None = None
     accelerations: bytes | None = None
-
-
-class PlanLimits(Struct, kw_only=True):
-    """The limits of a plan, the robot's and the goal's combined.
-
-    Attributes:
-        positions: [low, high] of each joint, null: no limit
-        velocities: largest of either sign, null: no limit
-        accelerations: largest of either sign, null: no limit
-        jerks: largest of either sign, null: no limit
-    """
-
-    positions: list[Range | None]
-    velocities: PartialVector
-    accelerations: PartialVector
-    jerks: PartialVector
 
 
 class Plan(Motion, kw_only=True):

@@ -11,7 +11,7 @@ HIGH_GAIN = 0.5
 MANY_TURNS = 4 * np.pi
 """Largest plausible end of a range, rad."""
 NARROW = 0.2
-"""If all ranges are narrower than this (rad), the model's radians were read as degrees."""
+"""A range narrower than this (rad) was probably in radians, and read as degrees: a whole turn is 0.11 rad then."""
 FAST = 60.0
 """rad/s."""
 TIGHT = 0.9
@@ -91,7 +91,7 @@ def missing_limits(subject: Subject) -> Iterator[Finding]:
     for what, known, key in rows:
         missing = [config.joint_names[index] for index in np.flatnonzero(~known)]
         if missing:
-            who = ", ".join(missing) if len(missing) < config.joint_count else "every joint"
+            who = ", ".join(missing) if len(missing) < config.joint_count else "any joint"
             yield Finding("warning", f"no {what} of {who} is known, so none is kept; write {key} from the data sheet")
 
 
@@ -126,10 +126,17 @@ def degrees(subject: Subject) -> Iterator[Finding]:
                 f"{config.joint_names[index]}: a velocity limit of {config.limits.velocities[index]:g} looks like "
                 f"degrees; {np.deg2rad(config.limits.velocities[index]):.3g} rad/s is the same",
             )
-    widths = [ranges[index, 1] - ranges[index, 0] for index in hinges]
-    if widths and 0 < max(widths) < NARROW:
+    widths = {config.joint_names[index]: ranges[index, 1] - ranges[index, 0] for index in hinges}
+    narrow = {name: width for name, width in widths.items() if 0 < width < NARROW}
+    if narrow and len(narrow) == len(widths):
         yield Finding(
             "unusable",
-            f"no joint moves more than {max(widths):.2g} rad: the model's radians were read as degrees; "
+            f"no joint moves more than {max(narrow.values()):.2g} rad: the model's radians were read as degrees; "
             'write <compiler angle="radian"/>',
+        )
+    elif narrow:
+        yield Finding(
+            "warning",
+            f"{', '.join(narrow)}: a range narrower than {NARROW:g} rad looks like radians that were read as degrees; "
+            "write all ranges of the model in the unit of its <compiler angle>",
         )

@@ -85,8 +85,9 @@ def order(subject: Subject) -> Iterator[Finding]:
     """Find names that are not in chain order."""
     model, joints = subject.model, subject.joints
     for place, joint in enumerate(joints):
-        carried_by = set(carrying_joints(model, int(model.jnt_bodyid[joint])))
-        if later := [other for other in joints[place + 1 :] if other in carried_by and other != joint]:
+        chain = carrying_joints(model, int(model.jnt_bodyid[joint]))
+        before = chain[: chain.index(joint)]
+        if later := [other for other in joints[place + 1 :] if other in before]:
             yield Finding(
                 "warning",
                 f"joints.names: {subject.joint_name(joint)} stands before {subject.joint_name(later[0])}, which "

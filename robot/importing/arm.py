@@ -7,11 +7,13 @@ from pathlib import Path
 
 import mujoco
 
+from protocol.topics import check_robot_name
 from robot.importing.chain import find_arm
 from robot.importing.document import Contents, to_toml
 from robot.importing.home import find_home
 from robot.importing.limits import find_limits
 from robot.model import Tool, compile_model
+from robot.schema import RobotError
 from robot.urdf import UrdfJoint, read_urdf
 
 NO_TOOL = Tool("")
@@ -41,8 +43,10 @@ def import_robot(
         name: Name of the robot; by default the model's.
 
     Raises:
-        RobotError: the model cannot be loaded, or has no arm that can be driven.
+        RobotError: the model cannot be loaded, or has no arm that can be driven; the name cannot be a part of a key.
     """
+    if name is not None:
+        _check_name(name)
     urdf = read_urdf(source)
     model = compile_model(source, NO_TOOL, urdf)
     arm = find_arm(model, tool)
@@ -64,6 +68,13 @@ def import_robot(
         notes=notes,
     )
     return Imported(to_toml(contents), notes)
+
+
+def _check_name(name: str) -> None:
+    try:
+        check_robot_name(name)
+    except ValueError as error:
+        raise RobotError(f"--{error}") from None
 
 
 def _robot_name(model: mujoco.MjModel, source: Path) -> str:

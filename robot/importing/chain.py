@@ -88,7 +88,7 @@ def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
             return tool, f"file: the {kind} {first}", [_choice(kind, first, others)] if others else []
     last = max(depth, key=lambda body: (depth[body], body))
     if not depth[last]:
-        raise RobotError("the model has no joints; an arm needs at least one")
+        raise RobotError("the model has no joints; name the file of an arm, or a scene that includes one")
     if at_the_end := [name for name, body in sites if name and depth[body] == depth[last]]:
         return Tool(at_the_end[0]), "assumed: a site on the last link", [_choice("site", at_the_end[0], at_the_end[1:])]
     name = model.body(last).name

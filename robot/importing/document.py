@@ -117,7 +117,7 @@ def _origin(value: Value) -> str:
 
 
 def _held(contents: Contents) -> list[Entry]:
-    entries = [Entry(_key(name), _number(value), contents.home_origin) for name, value in contents.held.items()]
+    entries = [Entry(_key(name), repr(value), contents.home_origin) for name, value in contents.held.items()]
     return entries and [Entry(comment="kept at this value, rad or m"), *entries]
 
 
@@ -149,13 +149,9 @@ def _key(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
 
 
-def _number(value: float) -> str:
-    """Return a float in TOML with all its digits: a limit that was rounded up would not be kept."""
-    return repr(value)
-
-
 def _vector(values: np.ndarray) -> str:
-    return _list(_number(float(value)) for value in values)
+    """Return numbers in TOML with all their digits: a limit that was rounded up would not be kept."""
+    return _list(map(repr, values.tolist()))
 
 
 def _list(words: Iterable[str]) -> str:

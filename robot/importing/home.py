@@ -35,7 +35,7 @@ def find_home(model: mujoco.MjModel, arm: Arm, keyframe: str | None) -> Home:
     """Return the keyframe's pose, by default that of `home`, else the first; without keyframes, a pose without contact.
 
     Raises:
-        RobotError: there is no such keyframe.
+        RobotError: there is no such keyframe, or it has a number that is not finite.
     """
     data = mujoco.MjData(model)
     joints = [*arm.joints, *arm.held]
@@ -51,6 +51,8 @@ def find_home(model: mujoco.MjModel, arm: Arm, keyframe: str | None) -> Home:
 def _of_keyframe(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], key: int, name: str) -> Home:
     pose, wanted = model.key_qpos[key].copy(), model.key_qpos[key].copy()
     addresses = model.jnt_qposadr[joints]
+    if not np.isfinite(pose).all():
+        raise RobotError(f"keyframe {name!r} has numbers that are not finite; correct them, or choose one with --home")
     pose[addresses] = np.clip(pose[addresses], *model_ranges(model, joints).T)
     notes = [
         f"{model.joint(joint).name}: keyframe {name!r} has {wanted[address]:.6g}, outside of its range; "

@@ -7,8 +7,7 @@ import mujoco
 import numpy as np
 
 from robot.dynamics import load_at, sample_poses
-from robot.joints import model_ranges
-from robot.torque_limits import torque_limit
+from robot.joints import model_ranges, torque_limit
 from robot.urdf import UrdfJoint
 
 ASSUMED_VELOCITY = 2.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from robot.striking.arm import Arm
 from robot.striking.choice import Choice
-from robot.striking.contact import ContactLaw, derivatives, outgoing
+from robot.striking.contact import ContactLaw
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
 
@@ -40,8 +40,8 @@ def calibrate(arm: Arm, reachability: Reachability, contact: SimulatedContact, h
         touch = contact.hit(choice, float(rng.uniform()))
         if touch is None:
             continue
-        rows.append(derivatives(plain, arm.ball.mass, *choice.contact)[0, :, :2])
-        differences.append(touch.velocity - outgoing(plain, arm.ball.mass, *choice.contact)[0])
+        rows.append(plain.derivatives(arm.ball.mass, *choice.contact)[0, :, :2])
+        differences.append(touch.velocity - plain.outgoing(arm.ball.mass, *choice.contact)[0])
         durations.append(touch.duration)
         cases.append(choice)
     if len(rows) < 10:

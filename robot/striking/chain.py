@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from robot.description import RobotConfig
-from robot.model import joint_ids
+from robot.model import joint_ids, rotation_matrix
 from robot.tree import joints_of, path_to_world
 
 AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
@@ -30,7 +30,7 @@ class Chain:
         turn, offset = np.eye(3), np.zeros(3)
         for body in reversed(path_to_world(model, int(model.site_bodyid[site]))):
             offset = offset + turn @ model.body_pos[body]
-            turn = turn @ _matrix(model.body_quat[body])
+            turn = turn @ rotation_matrix(model.body_quat[body])
             for joint in joints_of(model, body):
                 anchor, axis = model.jnt_pos[joint], model.jnt_axis[joint]
                 slides = bool(model.jnt_type[joint] == SLIDE)
@@ -53,7 +53,7 @@ class Chain:
                     turn = turn @ rotation
         self._steps, self._joints = np.array(steps), np.array(joints_found, dtype=int)
         self._slides = np.array(sliding)
-        self._last = _transform(turn @ _matrix(model.site_quat[site]), offset + turn @ model.site_pos[site])
+        self._last = _transform(turn @ rotation_matrix(model.site_quat[site]), offset + turn @ model.site_pos[site])
 
     def pose(self, postures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool's positions and z axes, (n, 3) each, in postures (n, J)."""
@@ -105,12 +105,6 @@ def _transform(turn: np.ndarray, offset: np.ndarray) -> np.ndarray:
     found = np.eye(4)
     found[:3, :3], found[:3, 3] = turn, offset
     return found
-
-
-def _matrix(quaternion: np.ndarray) -> np.ndarray:
-    found = np.zeros(9)
-    mujoco.mju_quat2Mat(found, quaternion)
-    return found.reshape(3, 3)
 
 
 def _about_z(angle: float) -> np.ndarray:

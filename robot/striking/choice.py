@@ -64,7 +64,7 @@ class Choice:
 
     @property
     def contact(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Arguments of `contact.outgoing` and `derivatives` for one ball: mobility, incoming, racket and normal."""
+        """Arguments of `ContactLaw.outgoing` and `derivatives` for one ball: mobility, incoming, racket and normal."""
         return self.mobility[None], self.incoming[None], self.racket_velocity[None], self.racket_normal[None]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from robot.striking.arm import Arm
 from robot.striking.choice import Choice, NoHit, State, hit_alike
-from robot.striking.contact import ContactLaw, first_normal, outgoing
+from robot.striking.contact import ContactLaw, first_normal
 from robot.striking.flight import Court, above_net, aim
 from robot.striking.hits import Hits, Shots, choice_of, meets, solve, touch
 from robot.striking.landing import correction_cost, landing_error
@@ -20,6 +20,8 @@ from robot.striking.times import first_times
 
 TOUCH_SHIFTS = -0.06, -0.04, -0.02, 0.0, 0.02, 0.04, 0.06
 """s, changes of the touch time that are tried for a touch."""
+TOUCHES = 2
+"""Largest number of touches."""
 BLOCKED = 0.5
 """Speed of a blocked ball after the hit, as a part of its speed before."""
 Shifts = tuple[float, ...]
@@ -113,7 +115,7 @@ class Chooser:
         hits = solve(self._arm, self.law, shots, last.mobility)
         return self._ranked(hits, shots, start, target, count, last)
 
-    def touches(self, path: Path, start: State, target: np.ndarray, last: Choice, count: int = 2) -> list[Choice]:
+    def touches(self, path: Path, start: State, target: np.ndarray, last: Choice) -> list[Choice]:
         """Return hits similar to `last` that touch the ball, wherever it lands, when `correct` found no plan.
 
         Empty if `last` touches the ball, or if there is time for a later correction.
@@ -125,11 +127,10 @@ class Chooser:
             hits = touch(self._arm, self.law, shots, last)
             shots = shots.take(hits.shots)
             hits = replace(hits, shots=np.arange(len(shots)))
-            leaves = outgoing(
-                self.law, self._arm.ball.mass, hits.mobility, shots.incoming, hits.velocities, hits.normals
-            )
+            ball = self._arm.ball
+            leaves = self.law.outgoing(ball.mass, hits.mobility, shots.incoming, hits.velocities, hits.normals)
             error = landing_error(self.law, self._arm, hits, shots, leaves - shots.wanted)
-            return list(self._ranked(hits, replace(shots, wanted=leaves), start, target, count, last, error))
+            return list(self._ranked(hits, replace(shots, wanted=leaves), start, target, TOUCHES, last, error))
         except NoHit:
             return []
 

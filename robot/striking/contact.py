@@ -16,13 +16,54 @@ ROUNDS = 2
 class ContactLaw:
     """Restitution e, friction κ (part of the tangential velocity that is kept), duration of the contact, s.
 
-    bias: (3,), m/s, added to the outgoing velocity in the axes of `frame`.
+    bias: (3,), m/s, added to the outgoing velocity in the axes of `frame`. Arguments of all methods: the ball's mass,
+    kg, the mobility (n, 3, 3), velocities of the ball and the racket (n, 3), m/s, and the racket's normals (n, 3).
     """
 
     restitution: float
     friction: float
     duration: float = 0.0
     bias: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def outgoing(
+        self, mass: float, mobility: np.ndarray, incoming: np.ndarray, racket: np.ndarray, normals: np.ndarray
+    ) -> np.ndarray:
+        """Return the velocities (n, 3) of balls after the hit."""
+        along, across = parted(incoming - racket, normals)
+        change = -(1 + self.restitution) * along - (1 - self.friction) * across
+        impulse = np.linalg.solve(mobility, change[:, :, None])[:, :, 0]
+        return incoming + impulse / mass + (frame(normals) @ self.bias)
+
+    def derivatives(
+        self, mass: float, mobility: np.ndarray, incoming: np.ndarray, racket: np.ndarray, normals: np.ndarray
+    ) -> np.ndarray:
+        """Return the derivatives of the outgoing velocities by restitution, friction and bias, (n, 3, 5)."""
+        along, across = parted(incoming - racket, normals)
+        sides = np.stack([-along, across], axis=2)
+        return np.concatenate([np.linalg.solve(mobility, sides) / mass, frame(normals)], axis=2)
+
+    def better_normal(
+        self, mass: float, mobility: np.ndarray, incoming: np.ndarray, wanted: np.ndarray, normals: np.ndarray
+    ) -> np.ndarray:
+        """Return normals (n, 3) with which a racket that moves only along them gives the wanted velocities."""
+        for _ in range(ROUNDS):
+            change = self._change(mass, mobility, incoming, wanted, normals)
+            change = change + (1 - self.friction) * parted(incoming, normals)[1]
+            normals = change / np.linalg.norm(change, axis=1, keepdims=True)
+        return normals
+
+    def racket_velocity(
+        self, mass: float, mobility: np.ndarray, incoming: np.ndarray, wanted: np.ndarray, normals: np.ndarray
+    ) -> np.ndarray:
+        """Return the velocities (n, 3) of a racket with these normals that give exactly the wanted velocities."""
+        along, across = parted(self._change(mass, mobility, incoming, wanted, normals), normals)
+        return incoming + along / (1 + self.restitution) + across / max(1 - self.friction, 0.02)
+
+    def _change(
+        self, mass: float, mobility: np.ndarray, incoming: np.ndarray, wanted: np.ndarray, normals: np.ndarray
+    ) -> np.ndarray:
+        """Return the changes (n, 3) of the relative velocities of ball and racket."""
+        return mass * (mobility @ (wanted - frame(normals) @ self.bias - incoming)[:, :, None])[:, :, 0]
 
 
 def frame(normals: np.ndarray) -> np.ndarray:
@@ -45,66 +86,7 @@ def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.nda
     return along, vectors - along
 
 
-def outgoing(
-    law: ContactLaw,
-    ball_mass: float,
-    mobility: np.ndarray,
-    incoming: np.ndarray,
-    racket: np.ndarray,
-    normals: np.ndarray,
-) -> np.ndarray:
-    """Return the velocities (n, 3) of balls after the hit: incoming, racket, normals (n, 3), mobility (n, 3, 3)."""
-    along, across = parted(incoming - racket, normals)
-    change = -(1 + law.restitution) * along - (1 - law.friction) * across
-    impulse = np.linalg.solve(mobility, change[:, :, None])[:, :, 0]
-    return incoming + impulse / ball_mass + (frame(normals) @ law.bias)
-
-
-def derivatives(
-    law: ContactLaw,
-    ball_mass: float,
-    mobility: np.ndarray,
-    incoming: np.ndarray,
-    racket: np.ndarray,
-    normals: np.ndarray,
-) -> np.ndarray:
-    """Return the derivatives of the outgoing velocities by restitution, friction and bias, (n, 3, 5)."""
-    along, across = parted(incoming - racket, normals)
-    sides = np.stack([-along, across], axis=2)
-    return np.concatenate([np.linalg.solve(mobility, sides) / ball_mass, frame(normals)], axis=2)
-
-
 def first_normal(incoming: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Return the normals (n, 3) of a racket without mobility and friction."""
     change = wanted - incoming
     return change / np.linalg.norm(change, axis=1, keepdims=True)
-
-
-def better_normal(
-    law: ContactLaw,
-    ball_mass: float,
-    mobility: np.ndarray,
-    incoming: np.ndarray,
-    wanted: np.ndarray,
-    normals: np.ndarray,
-) -> np.ndarray:
-    """Return normals (n, 3) with which a racket that moves only along them gives the wanted velocities (n, 3)."""
-    for _ in range(ROUNDS):
-        change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
-        change = change + (1 - law.friction) * parted(incoming, normals)[1]
-        normals = change / np.linalg.norm(change, axis=1, keepdims=True)
-    return normals
-
-
-def racket_velocity(
-    law: ContactLaw,
-    ball_mass: float,
-    mobility: np.ndarray,
-    incoming: np.ndarray,
-    wanted: np.ndarray,
-    normals: np.ndarray,
-) -> np.ndarray:
-    """Return the velocities (n, 3) of a racket with these normals that give exactly the wanted outgoing velocities."""
-    change = ball_mass * (mobility @ (wanted - frame(normals) @ law.bias - incoming)[:, :, None])[:, :, 0]
-    along, across = parted(change, normals)
-    return incoming + along / (1 + law.restitution) + across / max(1 - law.friction, 0.02)

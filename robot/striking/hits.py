@@ -6,7 +6,7 @@ import numpy as np
 
 from robot.striking.arm import Arm, Rows
 from robot.striking.choice import Choice
-from robot.striking.contact import ContactLaw, better_normal, first_normal, racket_velocity
+from robot.striking.contact import ContactLaw, first_normal
 from robot.striking.path import Path
 
 FIRST_ROUNDS, LAST_ROUNDS = 5, 3
@@ -76,14 +76,14 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     else:
         mobilities = np.broadcast_to(mobility, (len(shots), 3, 3))
     incoming, wanted, sides = shots.incoming[rows], shots.wanted[rows], shots.sides[rows, None]
-    normals = better_normal(law, mass, mobilities, incoming, wanted, normals)
-    velocities = racket_velocity(law, mass, mobilities, incoming, wanted, normals)
+    normals = law.better_normal(mass, mobilities, incoming, wanted, normals)
+    velocities = law.racket_velocity(mass, mobilities, incoming, wanted, normals)
     places = shots.positions[rows] - arm.offset * normals + velocities * law.duration / 2
     found = arm.descend(places, sides * normals, seeds, LAST_ROUNDS)
     met = np.flatnonzero(found.are_within(places, sides * normals, *MET))
     found, rows = found.take(met), rows[met]
     normals, mobilities = sides[met] * found.normals, arm.mobility(found)
-    velocities = racket_velocity(law, mass, mobilities, incoming[met], wanted[met], normals)
+    velocities = law.racket_velocity(mass, mobilities, incoming[met], wanted[met], normals)
     speeds = arm.velocities(found, velocities)
     return Hits(rows, found.values, speeds, found.positions, normals, velocities, mobilities)
 

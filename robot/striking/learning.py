@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robot.striking.choice import Choice
-from robot.striking.contact import ContactLaw, derivatives, outgoing
+from robot.striking.contact import ContactLaw
 from robot.striking.flight import Air, Ball, travel
 
 PRIOR_STD = np.array([0.1, 0.05, 0.15, 0.15, 0.15])
@@ -51,8 +51,8 @@ class Learner:
         std: of each component, m/s. law_error: (3,), m/s, difference of a simulated contact from the law.
         """
         law = self.law
-        missed = left - outgoing(law, ball_mass, *choice.contact)[0] - (0.0 if law_error is None else law_error)
-        slope = derivatives(law, ball_mass, *choice.contact)[0]
+        missed = left - law.outgoing(ball_mass, *choice.contact)[0] - (0.0 if law_error is None else law_error)
+        slope = law.derivatives(ball_mass, *choice.contact)[0]
         prior = self.covariance + np.diag(DRIFT_STD**2)
         unexplained = std**2 + (NOISE * float(np.linalg.norm(choice.outgoing - choice.incoming))) ** 2
         inner = slope @ prior @ slope.T + unexplained * np.eye(3)

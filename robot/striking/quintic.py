@@ -35,7 +35,7 @@ def quintic_use(
     positions: np.ndarray,
     velocities: np.ndarray,
     durations: np.ndarray,
-    follow_through: float = 0.0,
+    follow_through: float,
 ) -> np.ndarray:
     """Return the largest part (n,) of any limit that motions from `start` to final states (n, J) use.
 

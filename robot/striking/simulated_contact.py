@@ -9,7 +9,7 @@ from motion.tracking import tracking_acceleration
 from robot.description import RobotConfig
 from robot.model import joint_ids
 from robot.striking.choice import Choice
-from robot.striking.contact import ContactLaw, outgoing
+from robot.striking.contact import ContactLaw
 from robot.striking.flight import GRAVITY
 
 LONGEST_S = 0.04
@@ -76,7 +76,7 @@ class SimulatedContact:
         """
         step = self._model.opt.timestep
         law = self.law
-        expected = outgoing(law, self._mass, *choice.contact)[0]
+        expected = law.outgoing(self._mass, *choice.contact)[0]
         from_here = choice.ball + (choice.incoming - expected) * law.duration / 2
         found = []
         for phase in self.phases or ((choice.time / step) % 1.0,):
@@ -110,14 +110,11 @@ class SimulatedContact:
             mujoco.mj_step(model, data)
             if self._alpha:  # As services.sim: exact for an acceleration that is constant over the step.
                 data.qpos[self._qpos] -= step / 2 * (data.qvel[self._dofs] - speeds)
-            touching = self._touching()
+            touching = not self._geoms.isdisjoint(data.contact.geom.ravel().tolist())
             if began and not touching:
                 return self._touch(count * step - before)
             began = began or touching
         return None
-
-    def _touching(self) -> bool:
-        return not self._geoms.isdisjoint(self._data.contact.geom.ravel().tolist())
 
     def _touch(self, after: float) -> Touch:
         """Return the ball's present state extrapolated back by `after` (s)."""

@@ -179,8 +179,8 @@ class PlannerFlags:
     """Flags of the planner.
 
     Attributes:
-        library: Directory of the learned primitives; by default ~/.local/share/volley/library/ROBOT. The first start
-            makes it and learns the demonstrations that are shipped for this arm.
+        library: Directory of the learned primitives; by default ~/.local/share/volley/library/ROBOT. A new or
+            empty one gets the demonstrations that are shipped for this arm.
         lead: Fixed time from now to the start of a plan, s; by default it follows the time that planning takes.
     """
 

@@ -46,7 +46,7 @@ class Controller:
         self._broken_epoch = 0
         self.fault: str | None = None
         self.changed = False
-        self._timeline = Timeline(config.home)
+        self._timeline = Timeline(config.home, config.limits, config.tick)
         self._condition = ArmCondition()
         self._recoil = RecoilWatch(config)
         self._commands = CommandMaker(config)
@@ -222,7 +222,7 @@ class Controller:
         """
         self.ledger.close_all("aborted", "the arm began a new run")
         if moves := speed_of(state) > AT_REST:
-            self._timeline.give_way(state, self.config.limits, self.config.tick)
+            self._timeline.give_way(state)
         else:
             self._timeline.hold(np.array(state.positions), state.tick)
         self.statistics.begin(state.tick)
@@ -240,7 +240,7 @@ class Controller:
         if broken:
             self.raise_fault(broken, hold=True)
         if self._condition.now not in RESETTABLE:
-            self._timeline.give_way(state, self.config.limits, self.config.tick)
+            self._timeline.give_way(state)
 
     def _follow_goals(self, state: m.State, positions: np.ndarray, velocities: np.ndarray, now_ns: int) -> None:
         """Update the running goal, end finished goals, and fault if the arm is too far from its reference."""
@@ -267,7 +267,7 @@ class Controller:
         if self.fault is None:
             self.raise_fault(reason)
         if self.config.on_fault == "hold":
-            self._timeline.give_way(state, self.config.limits, self.config.tick)
+            self._timeline.give_way(state)
 
     def _halt(self, reason: str) -> int:
         """Cancel the motion; return the tick at which the arm rests."""
@@ -278,7 +278,7 @@ class Controller:
 
     def _stop_soon(self) -> tuple[int, int]:
         """Splice the earliest stop; return the ticks at which it leaves the plan and from which the arm rests."""
-        return self._timeline.stop(self._soonest, self.config.limits, self.config.tick)
+        return self._timeline.stop(self._soonest)
 
     @property
     def _soonest(self) -> int:

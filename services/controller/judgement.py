@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from protocol import messages as m
 from robot.conversions import unit_of
-from robot.description import RobotConfig, Tolerance
+from robot.description import RobotConfig
+from robot.schema import Tolerance
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,6 @@
 """Check polynomial trajectories exactly, for all times, and sample them for the loop."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,12 +9,12 @@ from motion.limits import QUANTITIES
 from motion.trajectory import Samples, Trajectory
 from protocol import messages as m
 from protocol.codec import bad_message, matrix
-from robot.conversions import unit_of
+from robot.conversions import QUANTITY_OF, unit_of
 from robot.description import RobotConfig
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
-"""Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces."""
+"""Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces, or between the end and rest."""
 
 ROUNDING = 1e-9
 """Tolerance for the rounding of a duration, ticks."""
@@ -33,8 +32,8 @@ def check_pieces(trajectory: m.Trajectory, pieces: m.Pieces, config: RobotConfig
     """
     motion = _read(pieces, config)
     _check_count(trajectory, motion, config)
-    _check_end(motion)
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow is outside all limits
+        motion = _with_rest(motion, config)
         _check_joints(motion, config)
         _check_limits(motion, trajectory.hit_index, config)
     return _sample(motion, trajectory.count, config)
@@ -63,19 +62,35 @@ def _check_count(trajectory: m.Trajectory, motion: Trajectory, config: RobotConf
         raise bad_message("count", f"count is {trajectory.count}; {wanted}, the last one at or after their end")
 
 
-def _check_end(motion: Trajectory) -> None:
-    if motion.coefficients[-1, :, 1:].any():
-        sentence = "the last piece must be constant, for the arm stays where it ends; it may have no length"
-        raise bad_message("pieces.coefficients", sentence)
+def _with_rest(motion: Trajectory, config: RobotConfig) -> Trajectory:
+    """Return the motion with a constant last piece, which is added if the last one ends at rest."""
+    if not motion.coefficients[-1, :, 1:].any():
+        return motion
+    positions, *rates = np.matmul(motion.coefficients[-1], _rows(np.diff(motion.breaks)[-1:])[0]).T
+    for (name, tolerance), ends in zip(JUMPS[1:], rates, strict=True):
+        moving = ~(np.abs(ends) <= tolerance)
+        if moving.any():
+            joint = int(moving.argmax())
+            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
+            sentence = f"{name} of {config.joint_names[joint]} end at {ends[joint]:.3g} {unit}"
+            raise bad_message("pieces.coefficients", f"{sentence}; the motion must end at rest, its stop included")
+    rest = np.zeros((1, *motion.coefficients.shape[1:]))
+    rest[0, :, 0] = positions
+    return Trajectory(np.append(motion.breaks, motion.breaks[-1]), np.concatenate([motion.coefficients, rest]))
+
+
+def _rows(lengths: np.ndarray) -> np.ndarray:
+    """Return the rows that give the states at the ends of pieces of these `lengths` (n,), s, for each derivative."""
+    powers = lengths[:, None] ** np.arange(m.COEFFICIENTS)
+    rows = np.zeros((len(powers), m.COEFFICIENTS, len(JUMPS)))
+    for order in range(len(JUMPS)):
+        rows[:, order:, order] = powers[:, : m.COEFFICIENTS - order] * _FACTORS[order, order:]
+    return rows
 
 
 def _check_joints(motion: Trajectory, config: RobotConfig) -> None:
     """Check that positions, velocities and accelerations are continuous where two pieces meet."""
-    # States at the ends of all pieces but the last, by a row of powers of their lengths for each derivative.
-    powers = np.diff(motion.breaks)[:-1, None] ** np.arange(m.COEFFICIENTS)
-    rows = np.zeros((len(powers), m.COEFFICIENTS, len(JUMPS)))
-    for order in range(len(JUMPS)):
-        rows[:, order:, order] = powers[:, : m.COEFFICIENTS - order] * _FACTORS[order, order:]
+    rows = _rows(np.diff(motion.breaks)[:-1])
     gaps = motion.coefficients[1:, :, : len(JUMPS)] * np.diagonal(_FACTORS) - np.matmul(motion.coefficients[:-1], rows)
     jumps = ~(np.abs(gaps) <= [tolerance for _, tolerance in JUMPS])
     if jumps.any():
@@ -101,38 +116,34 @@ def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> No
         inside_from = led_back_ticks(hit_index) * config.tick
         led_back = ranges.copy()
         led_back[:, 0] = np.stack(led_back_ranges(first, config.limits), axis=1)
-        _check_ranges(motion, Span(begins < inside_from, begins, np.minimum(ends, inside_from)), led_back, config)
-    _check_ranges(motion, Span(ends >= inside_from, np.maximum(begins, inside_from), ends), ranges, config)
+        _check_ranges(motion, begins, np.minimum(ends, inside_from), led_back, config)
+    _check_ranges(motion, np.maximum(begins, inside_from), ends, ranges, config)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Span:
-    """Return the pieces (m,) to check, and the begin and end (m,) of each check, s from the motion's start."""
+def _check_ranges(
+    motion: Trajectory, begins: np.ndarray, ends: np.ndarray, ranges: np.ndarray, config: RobotConfig
+) -> None:
+    """Check that all quantities are inside their `ranges` (J, 4, 2).
 
-    pieces: np.ndarray
-    begins: np.ndarray
-    ends: np.ndarray
-
-
-def _check_ranges(motion: Trajectory, span: Span, ranges: np.ndarray, config: RobotConfig) -> None:
-    """Check that all quantities are inside their `ranges` (J, 4, 2)."""
+    Each piece is checked from its time in `begins` to that in `ends` (m,), s; not at all if it ends before it begins.
+    """
     low, high = ranges.transpose(2, 1, 0)
-    margin, chosen = slack(low, high), np.flatnonzero(span.pieces)
+    margin, chosen = slack(low, high), np.flatnonzero(begins <= ends)
     bounds = np.stack([low - margin, high + margin])[:, :, None]
     size = max(1, NUMBERS_AT_ONCE // (motion.coefficients[0].size * len(QUANTITIES)))
     for start in range(0, len(chosen), size):
         some = chosen[start : start + size]
-        begins, ends = span.begins[some], span.ends[some]
+        first, last = begins[some], ends[some]
         quantities = np.zeros((len(QUANTITIES), len(some), *motion.coefficients.shape[1:]))
         quantities[0] = motion.coefficients[some]
         for order in range(1, len(QUANTITIES)):
             quantities[order, ..., :-1] = derivative(quantities[order - 1])
-        curves = bernstein(quantities, *((times - motion.breaks[some])[:, None] for times in (begins, ends)))
+        curves = bernstein(quantities, *((times - motion.breaks[some])[:, None] for times in (first, last)))
         each = np.broadcast_to(bounds, (2, *curves.shape[:-1])).reshape(2, -1)
         found = first_outside(curves.reshape(-1, m.COEFFICIENTS), *each)
         if found is not None:
             order, piece, joint = np.unravel_index(found.curve, curves.shape[:-1])
-            when = begins[piece] + found.at * (ends[piece] - begins[piece])
+            when = first[piece] + found.at * (last[piece] - first[piece])
             passed = float(low[order, joint]), float(high[order, joint])
             raise limit_refusal(QUANTITIES[order], int(joint), found.value, passed, f"{when:.6g} s", config)
 

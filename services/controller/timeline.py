@@ -30,9 +30,11 @@ class Segment:
 class Timeline:
     """Segments in order of time; each replaces earlier ones from its start on."""
 
-    def __init__(self, positions: np.ndarray, tick: int = 0) -> None:
-        self._segments: list[Segment] = []
-        self.hold(positions, tick)
+    def __init__(self, positions: np.ndarray, limits: Limits, length: float) -> None:
+        """Stay at `positions` (J,) from tick 0 on; stops keep `limits`. `length`: of a tick, s."""
+        self._limits = limits
+        self._length = length
+        self.hold(positions, 0)
 
     def hold(self, positions: np.ndarray, tick: int) -> None:
         """Drop all segments and stay at `positions` (J,) from `tick` on."""
@@ -40,13 +42,13 @@ class Timeline:
         here = np.array(positions, dtype=float)[None, :]
         self._segments = [Segment(tick, Samples(here, still, still))]
 
-    def give_way(self, state: State, limits: Limits, length: float) -> None:
+    def give_way(self, state: State) -> None:
         """Drop all segments and stop from the measured `state`, inside the limits of velocity, acceleration and jerk.
 
-        `length`: of a tick, s. Position limits are not guaranteed, because the start is given.
+        Position limits are not guaranteed, because the start is given.
         """
-        velocities = np.clip(state.velocities, -limits.velocities, limits.velocities)
-        self._segments = [_stop(state.tick, (np.array(state.positions), velocities, 0 * velocities), limits, length)]
+        velocities = np.clip(state.velocities, -self._limits.velocities, self._limits.velocities)
+        self._segments = [self._stop_from(state.tick, np.array(state.positions), velocities, 0 * velocities)]
 
     def splice(self, segment: Segment) -> None:
         """Let `segment` replace everything from its start on."""
@@ -63,27 +65,27 @@ class Timeline:
         samples = segment.samples
         return samples.positions[index], samples.velocities[index], samples.accelerations[index]
 
-    def stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
-        """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside `limits`.
+    def stop(self, tick: int) -> tuple[int, int]:
+        """Splice in the earliest jerk-limited stop, from `tick` on, that stays inside the limits.
 
-        `length`: of a tick, s. Returns the ticks at which the reference leaves the plan and from which it rests.
-        If no stop ends earlier, both are the plan's end. An arm at rest at `tick` stays there, even outside `limits`.
+        Returns the ticks at which the reference leaves the plan and from which it rests. If no stop ends earlier, both
+        are the plan's end. An arm at rest at `tick` stays there, even outside the limits.
         """
         _, velocities, accelerations = self.at(tick)
         if not (velocities.any() or accelerations.any()):
-            return self._splice_stop(tick, limits, length)
+            return self._splice_stop(tick)
         ahead, size = tick, WINDOW
         while ahead < self.end:
             coming = self.coming(ahead, size)
-            index = first_stop(coming, limits)
+            index = first_stop(coming, self._limits)
             if index is not None:
-                return self._splice_stop(ahead + index, limits, length)
+                return self._splice_stop(ahead + index)
             ahead, size = ahead + size, 4 * size
         rests = max(tick, self.end)
         return rests, rests
 
-    def _splice_stop(self, tick: int, limits: Limits, length: float) -> tuple[int, int]:
-        segment = _stop(tick, self.at(tick), limits, length)
+    def _splice_stop(self, tick: int) -> tuple[int, int]:
+        segment = self._stop_from(tick, *self.at(tick))
         self.splice(segment)
         return segment.start, segment.end
 
@@ -109,9 +111,10 @@ class Timeline:
         """Tick from which the reference is at rest for good."""
         return self._segments[-1].end
 
-
-def _stop(tick: int, state: tuple[np.ndarray, np.ndarray, np.ndarray], limits: Limits, length: float) -> Segment:
-    """Return the stop that starts at `tick` from positions, velocities and accelerations (J,)."""
-    halt = stop(*state, limits)
-    count = math.ceil(halt.duration / length - 1e-9) + 1
-    return Segment(tick, halt.sample(np.arange(count) * length))
+    def _stop_from(
+        self, tick: int, positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray
+    ) -> Segment:
+        """Return the stop that starts at `tick` from a state (J,)."""
+        halt = stop(positions, velocities, accelerations, self._limits)
+        count = math.ceil(halt.duration / self._length - 1e-9) + 1
+        return Segment(tick, halt.sample(np.arange(count) * self._length))

@@ -42,6 +42,7 @@ def main() -> None:
             learn_shipped(library, config, log)
             if flags.own.library is None:
                 take_over(library, LIBRARIES, robot, log)
+            library.begin()
     except OSError as error:
         log.error("the library %s cannot be used: %s; name another directory with --library", directory, error.strerror)
         raise SystemExit(MISUSED) from None

@@ -155,20 +155,19 @@ class Planner:
             if self._scene.look():  # another robot started a motion during planning
                 made = self._solver.checked(made, goal)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
-            late = False
             try:
                 self._execute(executed_message(made, goal, goal_id, self._config, stamps))
             except Refusal as refusal:
                 self._foresight.forget()
                 late = refusal.code == "late"
+                if refusal.code != "unavailable":  # a timeout is no planning time
+                    self._note_time(goal, began, late)
                 overtaken = refusal.code == "superseded" and refusal.detail.get("cause") == "plan"
                 if last or not (late or overtaken):
                     raise
                 self._log.warning("goal %s: %s", goal_id, refusal, extra={"goal_id": goal_id, "code": refusal.code})
                 continue
-            finally:
-                took = (self._foresight.pace or 1.0) * (time.monotonic() - began)
-                self._lead.note(took, effort_of(goal), late)
+            self._note_time(goal, began)
             self._newest = turn
             self._note_played(goal, goal_id, made)
             sampled = partial(sampled_message, made, goal, goal_id, self._config, stamps)
@@ -181,6 +180,10 @@ class Planner:
         if self._newest > turn:
             sentence = "a goal that came after this one was played while this one was planned; send it again"
             raise Refusal("superseded", sentence, goal_id=goal_id, cause="plan")
+
+    def _note_time(self, goal: m.Goal, began: float, late: bool = False) -> None:
+        """Store the time since `began`, monotonic s, in which a plan was made and answered."""
+        self._lead.note((self._foresight.pace or 1.0) * (time.monotonic() - began), effort_of(goal), late)
 
     def _note_played(self, goal: m.Goal, goal_id: str, made: Made) -> None:
         """Store an accepted motion, for goals that correct it."""

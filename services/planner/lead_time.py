@@ -1,12 +1,12 @@
 """Lead time of plans: from the present to the start of the motion."""
 
-from collections import defaultdict, deque
+from collections import deque
 
 STEPPED_LEAD_TICKS = 20
-UNKNOWN_PLANNING_S = 0.025
-UNKNOWN_GAUSSIAN_S = 0.3
-UNKNOWN_TOOL_S = 0.06
-UNKNOWN_CORRECTION_S = 0.015
+UNKNOWN_S = 0.025
+UNKNOWN_OF_KIND_S = {"gaussian": 0.3, "tool": 0.06, "correction": 0.015}
+"""Planning times before any is measured, s."""
+REMEMBERED = 50
 SECOND_TRY, SECOND_CORRECTION = 2.0, 1.5
 """Smallest lead after a late plan, in units of its planning time; smaller for corrections, which are urgent."""
 
@@ -18,8 +18,7 @@ class LeadTime:
     may pass more slowly with the clock `paced`. Both replies have the same delay, so this is the time between the two
     ticks of the controller. A late plan moves nothing and is repeated with the lead of the slowest kind, at least twice
     its planning time; a late correction with the lead of corrections, at least 1.5 times its planning time. For the
-    first ten plans, an initial value counts as a measurement: 25 ms (300 ms for "gaussian", 60 ms for "tool", 15 ms
-    for "correction").
+    first ten plans, an initial value counts as a measurement.
     `fixed` (s) overrides. With the stepped clock no plan is late, and the lead is 20 ticks.
     """
 
@@ -28,10 +27,7 @@ class LeadTime:
         self._stepped_lead = STEPPED_LEAD_TICKS * tick
         self._fixed = fixed
         self._margin = tick
-        self._took: defaultdict[str, deque[float]] = defaultdict(lambda: deque([UNKNOWN_PLANNING_S], maxlen=50))
-        self._took["gaussian"] = deque([UNKNOWN_GAUSSIAN_S], maxlen=50)
-        self._took["tool"] = deque([UNKNOWN_TOOL_S], maxlen=50)
-        self._took["correction"] = deque([UNKNOWN_CORRECTION_S], maxlen=50)
+        self._took: dict[str, deque[float]] = {}
         self._given: dict[str, float] = {}
         self._newest: dict[str, float] = {}
 
@@ -41,7 +37,7 @@ class LeadTime:
             return self._stepped_lead
         if self._fixed is not None:
             return self._fixed
-        took, corrects = sorted(self._took[kind]), kind == "correction"
+        took, corrects = sorted(self._planning_times(kind)), kind == "correction"
         lead = took[-2 if len(took) > 10 and (corrects or not again) else -1]
         if again:
             lead = max(lead, self._newest.get(kind, 0.0) * (SECOND_CORRECTION if corrects else SECOND_TRY))
@@ -55,4 +51,7 @@ class LeadTime:
         A `late` plan took at least its lead, even if the predicted robot time says less.
         """
         self._newest[kind] = seconds
-        self._took[kind].append(max(seconds, self._given.get(kind, 0.0)) if late else seconds)
+        self._planning_times(kind).append(max(seconds, self._given.get(kind, 0.0)) if late else seconds)
+
+    def _planning_times(self, kind: str) -> deque[float]:
+        return self._took.setdefault(kind, deque([UNKNOWN_OF_KIND_S.get(kind, UNKNOWN_S)], maxlen=REMEMBERED))

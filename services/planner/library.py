@@ -24,6 +24,9 @@ SHOWN = 80
 MAX_PRIMITIVES = 256
 """Largest number of primitives: all of them stay in memory."""
 
+BEGUN = ".begun"
+"""File that distinguishes a library whose primitives were all removed from a new one."""
+
 LISTED = 10
 """Number of names listed in the refusal of an unknown one."""
 
@@ -57,16 +60,16 @@ class Written:
 class Library:
     """All primitives of an arm's directory, kept in memory.
 
-    `is_new`: whether the directory was created just now. Unreadable files are logged and not changed. Primitives of
-    another arm are listed, but refused when played. All methods that write raise Refusal, `unavailable`, if writing
-    fails; then nothing has changed.
+    `is_new`: whether the directory has no primitives and `begin` was never called for it. Unreadable files are logged
+    and not changed. Primitives of another arm are listed, but refused when played. All methods that write raise
+    Refusal, `unavailable`, if writing fails; then nothing has changed.
     """
 
     def __init__(self, directory: Path, arm: Arm, log: logging.Logger) -> None:
         self._arm = arm
-        self.is_new = not directory.exists()
         directory.mkdir(parents=True, exist_ok=True)
         self._directory = directory
+        self.is_new = not any(path.suffix == ".npz" or path.name == BEGUN for path in directory.iterdir())
         self._primitives: dict[str, Kept] = {}
         self._sweep()
         for path in sorted(directory.glob("*.npz")):
@@ -86,6 +89,10 @@ class Library:
                 robot=kept.arm.robot,
                 joint_names=list(kept.arm.joint_names),
             )
+
+    def begin(self) -> None:
+        """Note that the shipped primitives were learned: if they are removed, they are not learned again."""
+        (self._directory / BEGUN).touch()
 
     def get(self, name: str) -> Primitive:
         """Return the primitive called `name`.
@@ -192,7 +199,7 @@ class Library:
     def _sweep(self) -> None:
         """Remove the files of interrupted writes."""
         for leftover in self._directory.glob(".*.tmp"):
-            leftover.unlink()
+            leftover.unlink(missing_ok=True)  # the thread that writes may have removed it
 
     def _write(self, name: str, kept: Kept) -> Written:
         arm = {"robot": kept.arm.robot, "joint_names": np.array(kept.arm.joint_names, dtype=np.str_)}

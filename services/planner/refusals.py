@@ -44,10 +44,11 @@ def refusal_of(error: MotionError, joints: Joints) -> Refusal:
         if isinstance(error, kind):
             index = getattr(error, "joint", 0)
             name = joints.names[index]
-            known = {**vars(error), "joint": name, "time_from_start": getattr(error, "time", None)}
+            known = {"joint": name, "time_from_start": getattr(error, "time", None)}
             said = in_metres(str(error)) if joints.slides[index] else str(error)
             sentence = said.replace(f"joint {index}", name, 1)
-            return Refusal(code, sentence, **{name: known[name] for name in (*CODES[code], *more)})
+            detail = {key: known[key] if key in known else getattr(error, key) for key in (*CODES[code], *more)}
+            return Refusal(code, sentence, **detail)
     raise error
 
 

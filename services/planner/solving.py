@@ -1,4 +1,4 @@
-"""Plan a goal from its origin, by the requested method."""
+"""Plan a goal from its origin, by the requested method, and check the plan."""
 
 import math
 import time
@@ -11,7 +11,6 @@ from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
 from motion.plan import Plan, SplinePlan, Warm, plan, plan_fastest
 from motion.primitive import Primitive
-from motion.program.min_duration import stretched
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
 from protocol import messages as m
@@ -20,10 +19,10 @@ from protocol.topics import MAX_PLAN_S
 from robot.description import RobotConfig
 from robot.motion_check import Findings, MotionCheck
 from robot.torque_check import TorqueExceeded
+from services.planner.goal_checks import too_long
 from services.planner.goals import Origin, ends, motion_request
 from services.planner.refusals import joints_of, none_of, refusal_of
 from services.planner.tool_goals import ToolSpace, is_in_tool_space
-from services.planner.verifier import Verifier
 from services.planner.worker import Task
 
 ELSEWHERE = frozenset({"gaussian"})
@@ -43,6 +42,34 @@ def effort_of(goal: m.Goal) -> str:
 ResultT = TypeVar("ResultT")
 Steps = Generator[Task | None, SampledPlan, ResultT]
 """Generator of a goal in progress: yields a task for the worker process, and receives its plan."""
+
+
+class Verifier:
+    """Checks the plans of one goal, and keeps the findings of the last valid plan.
+
+    findings: empty before a plan has passed.
+    """
+
+    def __init__(self, motions: MotionCheck, goal: m.Goal, begin: float | None) -> None:
+        """Prepare for plans of `goal` that start at `begin`, s on the robot's clock; None: at an unknown time."""
+        self.findings = Findings()
+        self._motions = motions
+        self._goal = goal
+        self._begin = begin
+
+    def __call__(self, plan: Plan) -> None:
+        """Check a plan.
+
+        Raises:
+            Refusal: the plan is too long.
+            MotionError: Collides or TorqueExceeded.
+        """
+        if plan.total_duration > MAX_PLAN_S + plan.tick / 2:
+            raise too_long(self._goal, plan.duration, plan.total_duration)
+        checks = self._goal.checks
+        self.findings = self._motions.check(
+            plan.trajectory, plan.total_duration, checks.collision, checks.torque, self._begin
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +210,10 @@ class Solver:
             case.verify(made)
         except TorqueExceeded as error:
             slower = self._slower(case, case.request) if remedy else None
-            raise error if slower is None else error.with_remedy(slower.request) from None
+            if slower is None:
+                raise
+            works = slower.request
+            raise replace(error, min_duration=works.duration, waypoint_times=works.waypoint_times) from None
         return made
 
     def _fastest(self, case: _Case) -> SplinePlan:
@@ -204,7 +234,7 @@ class Solver:
             if duration > MAX_PLAN_S:
                 break
             try:
-                slow = stretched(request, duration)
+                slow = request.stretched(duration)
                 made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
                 case.verify(made)
             except MotionError:

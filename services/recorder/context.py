@@ -1,29 +1,20 @@
 """Context of all topics' writers: the trace, its timeline, and the arm."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from protocol import messages as m
 from robot.description import RobotConfig
 from services.recorder.entities import RUN_EVENT, RUNS, Entity
-from services.recorder.runs import Runs
+from services.recorder.runs import Runs, StateTimes
 from services.recorder.scene import Scene
-from services.recorder.state_times import StateTimes
 from services.recorder.validation import Received
 from services.recorder.writer import Rows, TraceWriter
 
 MEMORY_TICKS = 2000
 """Time for which a measurement is kept until its command arrives."""
-
-
-class TopicWriter(Protocol):
-    """Writes the messages of one topic to the trace; called once a batch, also without messages."""
-
-    def write(self, received: list[Received[Any]]) -> None:
-        """Write a batch."""
-        ...
 
 
 class Context:

@@ -1,5 +1,6 @@
-"""Writers of occasional messages: statuses, results, refusals, contacts, the ball."""
+"""Writers of occasional messages: statuses, results, refusals, contacts, the ball, other moving bodies."""
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -60,37 +61,32 @@ class StatusWriter:
         self._context.event(entities.CONTROLLER_EVENT, row, sentence, level)
 
 
-class ResultWriter:
-    """Writes results of goals. `end` ends the curves of a stopped plan."""
+def write_results(context: Context, end: Callable[[str], None], received: list[Received[m.Result]]) -> None:
+    """Write results of goals at the arm's present tick, and their errors at the time of the hit.
 
-    def __init__(self, context: Context, end: Callable[[str], None]) -> None:
-        self._context = context
-        self._end = end
-
-    def write(self, received: list[Received[m.Result]]) -> None:
-        """Write every result at the arm's present tick, and its errors at the time of the hit."""
-        context = self._context
-        for one in received:
-            result, row = one.message, context.row_at(one.wall_ns)
-            good = result.outcome in ("succeeded", "preempted")
-            context.event(entities.GOAL_EVENT, row, _sentence(result), "INFO" if good else "WARN")
-            context.trace.values(
-                entities.GOALS.path,
-                row,
-                goal_id=[result.goal_id],
-                outcome=[result.outcome],
-                reason=[result.reason],
-                peak_tracking_error=[float(result.peak_tracking_error)],
-                saturated_ticks=[result.saturated_ticks],
-                first_contact=[_touch(result.first_contact)],
-                **{name: [int(getattr(result.stamps, name) or 0)] for name in m.Stamps.__struct_fields__},
-            )
-            if hit := result.hit:
-                at = context.row(context.runs.tick_at(hit.time), one.wall_ns)
-                context.trace.scalars(entities.HIT_POSITION_ERROR.path, at, np.array([hit.position_error]))
-                context.trace.scalars(entities.HIT_VELOCITY_ERROR.path, at, np.array([hit.velocity_error]))
-            if result.outcome in ("canceled", "aborted"):
-                self._end(result.goal_id)
+    `end` ends the curves of a stopped plan.
+    """
+    for one in received:
+        result, row = one.message, context.row_at(one.wall_ns)
+        good = result.outcome in ("succeeded", "preempted")
+        context.event(entities.GOAL_EVENT, row, _sentence(result), "INFO" if good else "WARN")
+        context.trace.values(
+            entities.GOALS.path,
+            row,
+            goal_id=[result.goal_id],
+            outcome=[result.outcome],
+            reason=[result.reason],
+            peak_tracking_error=[float(result.peak_tracking_error)],
+            saturated_ticks=[result.saturated_ticks],
+            first_contact=[_touch(result.first_contact)],
+            **{name: [int(getattr(result.stamps, name) or 0)] for name in m.Stamps.__struct_fields__},
+        )
+        if hit := result.hit:
+            at = context.row(context.runs.tick_at(hit.time), one.wall_ns)
+            context.trace.scalars(entities.HIT_POSITION_ERROR.path, at, np.array([hit.position_error]))
+            context.trace.scalars(entities.HIT_VELOCITY_ERROR.path, at, np.array([hit.velocity_error]))
+        if result.outcome in ("canceled", "aborted"):
+            end(result.goal_id)
 
 
 def _touch(contact: m.FirstContact | None) -> str:
@@ -111,49 +107,36 @@ def _sentence(result: m.Result) -> str:
     return f"goal {result.goal_id} {result.outcome}{reason}{hit}{peak}{touch}{recoil}"
 
 
-class RefusalWriter:
-    """Writes refused goals."""
-
-    def __init__(self, context: Context) -> None:
-        self._context = context
-
-    def write(self, received: list[Received[m.Refused]]) -> None:
-        """Write every refusal at the arm's present tick."""
-        for one in received:
-            refused, row = one.message, self._context.row_at(one.wall_ns)
-            goal = f"goal {refused.goal_id}" if refused.goal_id else "a goal"
-            sentence = f"{goal} refused as {refused.code}: {refused.message}"
-            self._context.event(entities.GOAL_EVENT, row, sentence, "WARN")
-            self._context.trace.values(
-                entities.REFUSALS.path,
-                row,
-                goal_id=[refused.goal_id or ""],
-                client_id=[refused.client_id],
-                primitive=[refused.primitive],
-                code=[refused.code],
-                requested=[refused.requested],
-            )
+def write_refusals(context: Context, received: list[Received[m.Refused]]) -> None:
+    """Write refused goals at the arm's present tick."""
+    for one in received:
+        refused, row = one.message, context.row_at(one.wall_ns)
+        goal = f"goal {refused.goal_id}" if refused.goal_id else "a goal"
+        context.event(entities.GOAL_EVENT, row, f"{goal} refused as {refused.code}: {refused.message}", "WARN")
+        context.trace.values(
+            entities.REFUSALS.path,
+            row,
+            goal_id=[refused.goal_id or ""],
+            client_id=[refused.client_id],
+            primitive=[refused.primitive],
+            code=[refused.code],
+            requested=[refused.requested],
+        )
 
 
-class ContactWriter:
-    """Writes contacts of two bodies."""
-
-    def __init__(self, context: Context) -> None:
-        self._context = context
-
-    def write(self, received: list[Received[m.Contact]]) -> None:
-        """Write every contact: the touch and the impulse at its time, the end at the arm's present tick."""
-        for one in received:
-            contact = one.message
-            row = self._context.row(self._context.runs.tick_at(contact.time), one.wall_ns)
-            bodies, ball = " and ".join(contact.bodies), contact.ball_velocity
-            if not contact.ended:
-                self._context.event(entities.CONTACT_EVENT, row, f"{bodies} touch")
-                continue
-            speed = "" if ball is None else f", the ball leaves at {np.linalg.norm(ball):.2f} m/s"
-            sentence = f"{bodies} parted after {contact.impulse:.3f} N·s{speed}"
-            self._context.event(entities.CONTACT_EVENT, self._context.row_at(one.wall_ns), sentence)
-            self._context.trace.scalars(entities.CONTACTS.path, row, [contact.impulse])
+def write_contacts(context: Context, received: list[Received[m.Contact]]) -> None:
+    """Write contacts of two bodies: the touch and the impulse at its time, the end at the arm's present tick."""
+    for one in received:
+        contact = one.message
+        row = context.row(context.runs.tick_at(contact.time), one.wall_ns)
+        bodies, ball = " and ".join(contact.bodies), contact.ball_velocity
+        if not contact.ended:
+            context.event(entities.CONTACT_EVENT, row, f"{bodies} touch")
+            continue
+        speed = "" if ball is None else f", the ball leaves at {np.linalg.norm(ball):.2f} m/s"
+        sentence = f"{bodies} parted after {contact.impulse:.3f} N·s{speed}"
+        context.event(entities.CONTACT_EVENT, context.row_at(one.wall_ns), sentence)
+        context.trace.scalars(entities.CONTACTS.path, row, [contact.impulse])
 
 
 class BallWriter:
@@ -182,3 +165,30 @@ class BallWriter:
             if np.linalg.norm(velocities[0]) < AT_REST_M_S:
                 top = positions[:1] - [0.0, 0.0, context.scene.radius_of(BALL)]
                 trace.send(entities.TEE.path, rows.only([0]), rr.Transform3D.columns(translation=top))
+
+
+class SurroundingsWriter:
+    """Writes the poses of bodies that only joints other than the arm's move."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._begun = False
+
+    def write(self, received: list[Received[m.Scene]]) -> None:
+        """Write every message, and at the first state the model's poses."""
+        context = self._context
+        if not context.scene.others:
+            return
+        if not self._begun and context.runs.count:
+            self._begun = True
+            self._write(context.row(0, time.time_ns()), [context.scene.other_poses({})])
+        if received:
+            rows = context.rows([context.runs.tick_at(one.message.time) for one in received], received)
+            self._write(rows, [context.scene.other_poses(one.message.joints) for one in received])
+
+    def _write(self, rows: Rows, poses: list[tuple[np.ndarray, np.ndarray]]) -> None:
+        for index, body in enumerate(self._context.scene.others):
+            columns = rr.Transform3D.columns(
+                translation=[places[index] for places, _ in poses], quaternion=[turns[index] for _, turns in poses]
+            )
+            self._context.trace.send(entities.BODY.at(self._context.scene.names[body]), rows, columns)

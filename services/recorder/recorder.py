@@ -3,23 +3,31 @@
 import logging
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 from protocol import topics
 from protocol.topics import Publication
 from robot.description import RobotConfig
 from services.recorder import entities
 from services.recorder.blueprint import style
-from services.recorder.context import Context, TopicWriter
+from services.recorder.context import Context
 from services.recorder.entities import Entity
-from services.recorder.events import BallWriter, ContactWriter, RefusalWriter, ResultWriter, StatusWriter
+from services.recorder.events import (
+    BallWriter,
+    StatusWriter,
+    SurroundingsWriter,
+    write_contacts,
+    write_refusals,
+    write_results,
+)
 from services.recorder.plans import PlanWriter
 from services.recorder.pushes import DisturbanceWriter
 from services.recorder.runs import Runs
 from services.recorder.streams import CommandWriter, StateWriter
 from services.recorder.strikes import StrikeWriter
-from services.recorder.surroundings import SurroundingsWriter
-from services.recorder.validation import Receiver, Source
+from services.recorder.validation import Received, Receiver, Source
 from services.recorder.writer import TraceWriter
 
 BATCH_S = 0.5
@@ -29,21 +37,24 @@ MAX_COMPLAINTS = 20
 """Number of malformed messages that are logged; all are counted."""
 
 
-def topic_writers(context: Context) -> dict[Publication, TopicWriter]:
-    """Return a writer for each recorded topic, in the order of writing: states first, because they carry the time."""
+def topic_writers(context: Context) -> dict[Publication, Callable[[list[Received[Any]]], None]]:
+    """Return what writes a batch of each recorded topic, in the order of writing; it is called without messages, too.
+
+    The states are first, because they carry the time.
+    """
     plans = PlanWriter(context)
     return {
-        topics.STATE: StateWriter(context),
-        topics.COMMAND: CommandWriter(context),
-        topics.PLAN: plans,
-        topics.REFUSED: RefusalWriter(context),
-        topics.STATUS: StatusWriter(context),
-        topics.ENDED: ResultWriter(context, plans.end),
-        topics.CONTACT: ContactWriter(context),
-        topics.BALL: BallWriter(context),
-        topics.STRIKES: StrikeWriter(context),
-        topics.SCENE: SurroundingsWriter(context),
-        topics.DISTURBANCE: DisturbanceWriter(context),
+        topics.STATE: StateWriter(context).write,
+        topics.COMMAND: CommandWriter(context).write,
+        topics.PLAN: plans.write,
+        topics.REFUSED: partial(write_refusals, context),
+        topics.STATUS: StatusWriter(context).write,
+        topics.ENDED: partial(write_results, context, plans.end),
+        topics.CONTACT: partial(write_contacts, context),
+        topics.BALL: BallWriter(context).write,
+        topics.STRIKES: StrikeWriter(context).write,
+        topics.SCENE: SurroundingsWriter(context).write,
+        topics.DISTURBANCE: DisturbanceWriter(context).write,
     }
 
 
@@ -80,8 +91,8 @@ class Recorder:
         """Write the messages that have arrived."""
         batch = self._receiver.take()
         self._context.scene.expect([(one.message.time, one.message.joints) for one in batch[topics.SCENE]])
-        for topic, writer in self._writers.items():
-            writer.write(batch[topic])
+        for topic, write in self._writers.items():
+            write(batch[topic])
         self._write_count(entities.STATES_MISSING, self._context.runs.missing_states)
         self._write_count(entities.COMMANDS_MISSING, self._context.runs.missing_commands)
         self._write_count(entities.MALFORMED, self._receiver.malformed)

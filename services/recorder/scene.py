@@ -65,8 +65,8 @@ class Scene:
         return float(self.model.geom_size[geom, 0]) if geom >= 0 else 0.0
 
     def expect(self, surroundings: list[tuple[float, Joints]]) -> None:
-        """Set the motion of other joints, by times (s), for the next calls of `body_poses`."""
-        self._coming.extend(surroundings)
+        """Set the motion of other joints, by times (s), for the poses of the next batch, in place of the last one's."""
+        self._coming = deque(surroundings)
 
     def body_poses(
         self, positions: np.ndarray, times: np.ndarray | None = None

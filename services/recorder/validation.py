@@ -20,6 +20,8 @@ MAX_WAITING_STREAM = 1 << 14
 """Capacity of a stream's queue: 16 s at 1 kHz. A full queue drops the oldest; the gap in the ticks shows it."""
 
 MAX_WAITING = 1 << 8
+MAX_READINGS = 8
+"""How often the plans of a batch are read again; more arrive meanwhile only in a deliberate flood."""
 MAX_BODY_BYTES = 16 * MIB
 MAX_TICK = 1 << 48
 MAX_NS = 1 << 63
@@ -73,10 +75,11 @@ class Receiver:
 
         The table begins with the states, but their queue is read last, so that a batch contains the state of each of
         its messages. A batch with states of a motion must also contain its plan, so plans are read again if some
-        arrived meanwhile. Nothing is decoded before, because decoding takes longer than the lead of a plan.
+        arrived meanwhile, but not without end. Nothing is decoded before, because decoding takes longer than the lead
+        of a plan.
         """
         waiting = {topic: self._drain(topic) for topic in reversed(list(self._sources))}
-        while late := self._drain(topics.PLAN):
+        for late in islice(iter(lambda: self._drain(topics.PLAN), []), MAX_READINGS):
             waiting[topics.PLAN] += late
             waiting[topics.STATE] += self._drain(topics.STATE)
         return {topic: self._read(topic, bodies) for topic, bodies in waiting.items()}

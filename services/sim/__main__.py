@@ -16,8 +16,7 @@ from robot.schema import RobotError
 from services.common.cli import MISUSED, Common, Options, SimFlags
 from services.common.robot_side.clocks import keep_time
 from services.common.robot_side.process import run_robot
-from services.sim.loop import SimLoop
-from services.sim.stepped import run_stepped
+from services.sim.loop import SimLoop, run_stepped
 from services.sim.world import World
 
 

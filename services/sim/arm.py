@@ -17,7 +17,7 @@ from services.common.robot_side.backend import Abilities, Backend, Observation, 
 from services.sim.ball import SimulatedBall, check_reach
 from services.sim.camera import Camera
 from services.sim.contact import ContactLog
-from services.sim.disturbances import Disturbances
+from services.sim.disturbances import Disturbances, check_fields
 from services.sim.guiding import Guidance
 from services.sim.held import HeldJoints
 from services.sim.inverse_dynamics import InverseDynamics
@@ -175,6 +175,7 @@ class SimulatedArm(Backend):
 
         Raises Refusal `bad_message` for fields that are missing, of another kind, or out of range.
         """
+        check_fields(request)
         match request.kind:
             case "sensor_noise":
                 self._disturbances.set_sensor_noise(request.position_std or 0.0, request.velocity_std or 0.0)

@@ -7,7 +7,6 @@ from protocol.codec import bad_message
 from protocol.messages import ActiveDisturbance, Ball, BallTruth, Disturb, Throw
 from robot.court import BALL, BallConfig
 from robot.model import owner_name
-from services.sim.disturbances import refuse_others
 from services.sim.model import Scene
 
 TEE_STORE = (0.0, 0.0, -10.0)
@@ -58,7 +57,6 @@ class SimulatedBall:
         Raises:
             Refusal: `bad_message`, naming the field.
         """
-        refuse_others(request, "values")
         values = request.values or []
         if len(values) != 3 or not all(abs(value) <= STRONGEST for value in values):
             sentence = f"values is {values}; of 'wind' it must be three numbers within {STRONGEST:g} m/s of 0"

@@ -12,6 +12,16 @@ from protocol.messages import ActiveDisturbance, Disturb
 from robot.conversions import in_metres
 from robot.description import RobotConfig
 
+FIELDS = {
+    "acceleration": ("values", "start_time", "duration"),
+    "torque": ("values", "start_time", "duration"),
+    "sensor_noise": ("position_std", "velocity_std"),
+    "ball_noise": ("position_std", "latency_s", "drop_rate"),
+    "wind": ("values",),
+    "loss": ("stream", "duration"),
+}
+"""Fields of each kind of disturbance; all others must be null."""
+
 UNITS = {"acceleration": "rad/s²", "torque": "N·m"}
 """Unit of a push by kind, on a hinge."""
 
@@ -41,10 +51,10 @@ class Push:
     end_tick: int
 
 
-def refuse_others(request: Disturb, *own: str) -> None:
-    """Raise Refusal `bad_message` for a field of `request` that is not among its kind's `own` fields."""
+def check_fields(request: Disturb) -> None:
+    """Raise Refusal `bad_message` for a field of `request` that belongs to another kind."""
     for name in request.__struct_fields__:
-        if name not in ("version", "kind", *own) and getattr(request, name) is not None:
+        if name not in ("version", "kind", *FIELDS[request.kind]) and getattr(request, name) is not None:
             raise bad_message(name, f"{name} belongs to another kind; leave it null in {request.kind!r}")
 
 
@@ -149,12 +159,11 @@ class Loss:
         Raises:
             Refusal: `bad_message` for fields that are missing, of another kind, or out of range.
         """
+        check_fields(request)
         if request.stream is None:
             raise bad_message("stream", "stream is missing; say whether 'state' or 'command' messages are lost")
         if request.duration is None or not 0 < request.duration <= MAX_SPAN_S:
             raise bad_message("duration", f"duration is {request.duration}; a loss lasts 0 to {MAX_SPAN_S:g} s")
-        if request.start_time is not None:
-            raise bad_message("start_time", "a loss begins at once; leave start_time null")
         self._windows[request.stream] = tick, tick + math.ceil(request.duration * self._rate_hz - 1e-9)
 
     def clear(self) -> None:

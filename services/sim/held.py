@@ -14,9 +14,8 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_ID
 from robot.conversions import unit_of
 from robot.description import RobotConfig
-from robot.joints import model_ranges
+from robot.joints import model_ranges, torque_limit
 from robot.model import is_slide, joint_ids
-from robot.torque_limits import torque_limit
 from services.sim.model import Scene
 
 GAIN = 0.4

@@ -1,7 +1,9 @@
-"""The simulated arm on its bus: the robot side's loop, with the requests and publications of a simulation."""
+"""The simulated arm on its bus: the robot side's loop with the requests of a simulation, and the clock `stepped`."""
 
 import logging
+import threading
 import time
+from collections.abc import Sequence
 
 from protocol import messages as m
 from protocol import topics
@@ -10,6 +12,7 @@ from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig
 from services.common.other_robots import OtherRobots
+from services.common.robot_side.clocks import IDLE_S, step_all
 from services.common.robot_side.controller_presence import HANG_S
 from services.common.robot_side.deferred import DeferredReply
 from services.common.robot_side.loop import RobotLoop
@@ -143,3 +146,24 @@ class SimLoop(RobotLoop):
     def _run_name(clock: m.Clock, seed: int) -> int | None:
         """Return the run's number: the seed with the stepped clock, else None, for the time of its start."""
         return seed if clock == "stepped" else None
+
+
+def run_stepped(loops: Sequence[SimLoop], stopping: threading.Event) -> None:
+    """Run with steps on request, each after the answer to the present tick, until `stopping` is set."""
+    while not stopping.is_set():
+        asked = next((loop for loop in loops if loop.deferred is not None), None)
+        late = [loop for loop in loops if not _is_answered(loop, asked)]
+        if asked is not None and asked.deferred is not None and asked.left > 0 and not late:
+            step_all(loops)
+            asked.deferred.deadline = time.monotonic() + HANG_S
+        else:
+            for loop in late or loops:
+                if (taken := loop.commands.take(IDLE_S if asked else 0.0)) is not None:
+                    loop.receive(taken)
+        for loop in loops:
+            loop.attend(0.0 if asked else IDLE_S)
+
+
+def _is_answered(loop: SimLoop, asked: SimLoop | None) -> bool:
+    """Return whether the present tick is answered; other arms than the requested one may have no controller."""
+    return loop.is_answered(loop.backend.observe().tick) or (loop is not asked and loop.drive.answered_tick < 0)

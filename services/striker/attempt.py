@@ -10,6 +10,8 @@ from protocol import messages as m
 from robot.striking.choice import Choice
 
 Stage = Literal["seen", "swinging", "struck", "over"]
+FLOWN = 0.9
+"""Part of the flight to the target after which a ball is judged, so that spin and air count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,3 +76,8 @@ class Attempt:
     touch: m.Contact | None = None
     reason: str = ""
     refused_for: str = ""
+
+    def has_flown(self, now: float) -> bool:
+        """Return whether a ball that has left the racket is about to land at `now`, s."""
+        assert self.choice is not None
+        return now > self.choice.time + FLOWN * self.choice.flight_time

@@ -172,7 +172,7 @@ class Striker:
     def _judge(self, attempt: Attempt) -> None:
         """Publish whether the ball was hit and where it lands, and learn from it, once there are enough sights."""
         now = self._clock.now
-        if not self._mind.can_judge(attempt, now):
+        if not attempt.has_flown(now):
             return
         attempt.stage = "over"
         if self._left is not None:

@@ -9,10 +9,8 @@ from robot.striking.flight import GRAVITY, Air, Ball, Court, time_to_fall, trave
 from robot.striking.learning import Learner, left_with, write
 from services.striker.attempt import Attempt, Outcome
 
-FLOWN = 0.9
-"""Part of the flight to the target after which a ball is judged, so that spin and air count, …"""
 EARLY_SIGHTS, DEFLECTED_M_S = 12, 0.5
-"""… unless it met something: then the velocity from this many first sights differs by more than this, m/s."""
+"""A ball has met something if the velocity from this many first sights differs by more than this, m/s."""
 LEAST_STD = 0.02
 """m/s; least standard deviation of a velocity after a hit."""
 MISSED_M_S = 1.0
@@ -30,11 +28,6 @@ class Judge:
         self._floor = court.surface.height + ball.radius
         self._learner = learner
         self._learned, self._robot, self._log = learned, robot, log
-
-    def can(self, attempt: Attempt, now: float) -> bool:
-        """Return whether a ball that has left the racket is about to land."""
-        assert attempt.choice is not None
-        return now > attempt.choice.time + FLOWN * attempt.choice.flight_time
 
     def judge(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None if it was not hit."""

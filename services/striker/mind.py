@@ -127,10 +127,6 @@ class Mind:
         """Return a correction that is played with its simulated contact, which the next correction uses."""
         return self._chooser.rehearsed(choice)
 
-    def can_judge(self, attempt: Attempt, now: float) -> bool:
-        """Return whether a ball that has left the racket has enough sights, or will get no more."""
-        return self._judge.can(attempt, now)
-
     def judge(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None if it was not hit."""
         outcome = self._judge.judge(attempt)

@@ -1,5 +1,6 @@
-"""The hit of a ball: choose it, request it, correct it."""
+"""The hit of a ball: choose it, request it in time, correct it."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
 
 from protocol import messages as m
@@ -12,7 +13,6 @@ from services.striker.messages import Method, goal_message
 from services.striker.mind import Mind
 from services.striker.orders import Order
 from services.striker.outside import Reply, Taken
-from services.striker.recent_lead import RecentLead
 from services.striker.repertoire import Repertoire
 from services.striker.voice import Voice
 
@@ -26,6 +26,25 @@ HOPELESS = ("fault", "busy", "not_holder", "unavailable")
 """Refusals that every goal would get now."""
 REPLACED = ("superseded", "unknown_goal")
 """Refusals of a correction whose motion is no longer played."""
+
+
+LONGEST_S = 0.3
+REMEMBERED = 8
+
+
+class RecentLead:
+    """The time (s) from a decision to the begin of its motion: the second longest of recent ones, or `initial`."""
+
+    def __init__(self, initial: float) -> None:
+        self._recent = deque([initial, initial], maxlen=REMEMBERED)
+
+    def note(self, seconds: float) -> None:
+        """Record the time of one decision."""
+        self._recent.append(min(max(seconds, 0.0), LONGEST_S))
+
+    def seconds(self) -> float:
+        """Return the lead of the next decision."""
+        return sorted(self._recent)[-2]
 
 
 class Swing:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import tyro
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from protocol import messages as m
 from protocol import topics
@@ -20,6 +19,7 @@ from services.common.supervisor import NotReady
 from tools.demo.play import Player, StrikeOutcome
 from tools.demo.report import speed, table
 from tools.demo.strikes import STRIKES
+from tools.progress import progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +75,12 @@ def run(flags: Flags, console: Console) -> tuple[list[StrikeOutcome], m.Cycle]:
 
 def strike_all(bus: Bus, console: Console) -> list[StrikeOutcome]:
     """Play every strike and show the progress."""
-    columns = SpinnerColumn(), TextColumn("{task.description}: {task.fields[activity]}"), TimeElapsedColumn()
-    with Progress(*columns, console=console, transient=True) as progress:
-        shown = progress.add_task("", activity="")
-        player = Player(bus, lambda activity: progress.update(shown, activity=activity))
-        outcomes = []
+    player, outcomes = Player(bus), []
+    with progress(console, "the first strike") as say:
         for number, strike in enumerate(STRIKES, 1):
-            progress.update(shown, description=f"strike {number} of {len(STRIKES)}, {strike.title}")
-            outcomes.append(player.play(strike, seed=number))
-        return outcomes
+            title = f"strike {number} of {len(STRIKES)}, {strike.title}"
+            outcomes.append(player.play(strike, number, lambda step, title=title: say(f"{title}: {step}")))
+    return outcomes
 
 
 def report_failures(outcomes: list[StrikeOutcome], console: Console) -> int:

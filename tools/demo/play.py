@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
 
 import msgspec
 
@@ -18,6 +17,8 @@ SETTLE_S = 0.4
 FLIGHT_S = 0.8
 """Recorded flight of the ball after a strike, s of wall time."""
 POLL_S = 0.02
+CONTACTS = 64
+"""Capacity of the queue of contacts: more than a strike has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,37 +71,37 @@ class StrikeOutcome:
 class Player:
     """Plays strikes on running services."""
 
-    def __init__(self, bus: Bus, progress: Callable[[str], None]) -> None:
-        """`progress` is called with a short description of each step."""
+    def __init__(self, bus: Bus) -> None:
         self._bus = bus
-        self._progress = progress
-        self._contacts: SimpleQueue[bytes] = SimpleQueue()
-        bus.listen(topics.CONTACT, self._contacts.put)
+        self._contacts = bus.collect(topics.CONTACT, CONTACTS)
 
-    def play(self, strike: Strike, seed: int) -> StrikeOutcome:
+    def play(self, strike: Strike, seed: int, say: Callable[[str], object]) -> StrikeOutcome:
         """Place the arm and the ball, strike, and wait until the arm is at rest.
+
+        `say` is called with a short description of each step.
 
         Raises:
             Refusal: the goal or a disturbance was refused.
             NoAnswer: a service does not reply.
         """
-        self._progress("placing arm and ball")
+        say("placing arm and ball")
         start = None if strike.start is None else list(strike.start)
         self._bus.ask(topics.SIM_RESET, m.Reset(positions=start, seed=seed))
         began = time.monotonic()
         if strike.noise:
             self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
         time.sleep(SETTLE_S)
-        self._progress("planning")
+        self._ball_speed()  # drops the contacts of the strike before
+        say("planning")
         name = strike.title.replace(" ", "-").replace(",", "")
         reply = self._bus.ask(topics.GOAL, msgspec.structs.replace(strike.goal, goal_id=name))
         if strike.push is not None:
             begin = reply.start_time + PUSH_FROM
             push = m.Disturb(kind="acceleration", values=list(strike.push), start_time=begin, duration=PUSH_FOR)
             self._bus.ask(topics.SIM_DISTURB, push)
-        self._progress(f"striking in {reply.duration:.2f} s")
+        say(f"striking in {reply.duration:.2f} s")
         result = self._wait(reply)
-        self._progress("watching the ball")
+        say("watching the ball")
         time.sleep(FLIGHT_S)
         robot_s, wall_s = self._bus.ask(topics.STATE_QUERY, m.Empty()).time, time.monotonic() - began
         return StrikeOutcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
@@ -117,10 +118,8 @@ class Player:
     def _ball_speed(self) -> float:
         """Return the ball's speed after the touch, m/s; 0 if the racket missed it."""
         speed = 0.0
-        while True:
-            try:
-                contact = decode(self._contacts.get_nowait(), m.Contact)
-            except Empty:
-                return speed
+        for body, _ in iter(self._contacts.take, None):
+            contact = decode(body, m.Contact)
             if "racket" in contact.bodies and contact.ball_velocity is not None:
                 speed = sum(component**2 for component in contact.ball_velocity) ** 0.5
+        return speed

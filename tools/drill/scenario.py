@@ -81,9 +81,9 @@ class Scenario:
 
     name: str
     fault: str
-    clock: Clock
     bounds: tuple[Bound, ...]
     run: Callable[[Lab], Measured]
+    clock: Clock = "stepped"
     kind: Kind = "exact"
 
 

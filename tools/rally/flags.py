@@ -64,9 +64,25 @@ class Flags:
     json: bool = False
     verbose: bool = False
 
+    @property
+    def correction_hz(self) -> float:
+        """Rate of corrections, Hz."""
+        return self.revise_hz if self.method == "qp" else 0.0
 
-def noise_of(flags: Flags) -> m.Disturb | None:
-    """Return the request for the camera's noise, or None for an exact camera."""
-    if not flags.noise and not flags.latency:
-        return None
-    return m.Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency, drop_rate=0.0)
+    def service_flags(self) -> dict[str, object]:
+        """Return the flags of the services, by name."""
+        method = "qp" if self.method == "once" else self.method
+        return {"record": self.record, "live": self.live, "seed": self.seed, "pace": 1 / self.slow, "method": method}
+
+    def camera_noise(self) -> m.Disturb | None:
+        """Return the request for the camera's noise, or None for an exact camera."""
+        if not self.noise and not self.latency:
+            return None
+        return m.Disturb(kind="ball_noise", position_std=self.noise, latency_s=self.latency, drop_rate=0.0)
+
+    def check(self, *names: str) -> None:
+        """Raise ValueError for a flag of these names that is less than 1."""
+        for name in names:
+            value = getattr(self, name)
+            if not value >= 1:
+                raise ValueError(f"--{name} is {value}; it must be 1 or more")

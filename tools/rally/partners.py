@@ -1,7 +1,6 @@
 """Two arms rally with each other: `volley rally --partners 2`."""
 
 import contextlib
-import json
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +11,6 @@ from statistics import median
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from deploy.processes import PROCESSES
@@ -21,10 +19,10 @@ from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common import realtime
 from services.common.cell import RunningCell, running_cell
 from services.common.cli import Options, free_endpoint
-from tools.rally.exit_status import exit_status_of
-from tools.rally.flags import Flags, noise_of
+from tools.progress import progress
+from tools.rally.ending import play_to_end, print_report
+from tools.rally.flags import Flags
 from tools.rally.rallies import Rally, RallyPlayer
-from tools.rally.thrown import revise_hz_of
 
 ROBOTS = tuple(DEFAULT_ROBOT_CONFIG.with_name(name) for name in ("near.toml", "far.toml"))
 """Descriptions of both robots; the sim of the first one simulates both arms."""
@@ -36,37 +34,30 @@ def play_partners(flags: Flags, console: Console) -> int:
     Returns 0 if everything was played inside the limits, 130 after an interruption, 1 otherwise.
     """
     played: list[Rally] = []
-    status = exit_status_of(lambda: rally_with(flags, console, played), console)
-    if flags.json:
-        print(json.dumps(summary(played)))
-    else:
-        console.print(table(played))
-        console.print(sentence(played), soft_wrap=True, highlight=False)
-        console.print(f"trace: {flags.record.resolve()}", soft_wrap=True, highlight=False)
-    faults = [fault for rally in played for fault in rally.violations()]
-    for fault in faults:
-        console.print(f"[bold red]{fault}[/bold red]", soft_wrap=True)
-    return status or (1 if faults else 0)
+    status = play_to_end(lambda: rally_with(flags, console, played), console)
+    faults = [fault for rally in played for fault in rally.faults()]
+    lines = [table(played), sentence(played)]
+    reported = print_report(flags, console, summary(played), lines, faults)
+    return status or reported
 
 
 def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
     """Start the services of both arms, play, and stop the services; rallies are appended as they are played."""
-    for name, value in (("slow", flags.slow), ("rallies", flags.rallies), ("strokes", flags.strokes)):
-        if not value >= 1:
-            raise ValueError(f"--{name} is {value}; it must be 1 or more")
+    flags.check("slow", "rallies", "strokes")
     if flags.drag_error or flags.restitution_error:
         raise ValueError("--drag-error and --restitution-error are for thrown balls; leave them out with --partners 2")
-    values: dict[str, object] = {"record": flags.record, "live": flags.live, "seed": flags.seed}
-    values["unindexed"] = True  # the index of a long rally would take gigabytes until its end
-    values["method"] = "qp" if flags.method == "once" else flags.method
-    values["pace"] = 1 / flags.slow
     configs = load_partners()
+    values = flags.service_flags() | {"unindexed": True}  # the index of a long rally would take gigabytes until its end
     with two_cells(flags.common, values, flags.learned, not flags.verbose) as cells:
         buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
         realtime.receive_first()
         player = RallyPlayer(buses, configs, flags.seed, flags.strokes)
-        player.begin(noise_of(flags), revise_hz_of(flags))
-        play_rallies(player, flags.rallies, list(configs), console, played)
+        player.begin(flags.camera_noise(), flags.correction_hz)
+        with progress(console, "the first serve") as say:
+            for number in range(flags.rallies):
+                begins = f"rally {number + 1} of {flags.rallies}"
+                server = list(configs)[number % len(configs)]
+                played.append(player.play(server, lambda strokes, begins=begins: say(f"{begins}, {strokes} strokes")))
 
 
 @contextlib.contextmanager
@@ -105,21 +96,6 @@ def two_cells(
         yield cells
 
 
-def play_rallies(
-    player: RallyPlayer, rallies: int, names: Sequence[str], console: Console, played: list[Rally]
-) -> None:
-    """Play rallies with alternating serves, and show the progress; rallies are appended as they are played."""
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    with Progress(*columns, console=console, transient=True) as progress:
-        shown = progress.add_task("the first serve")
-        for number in range(rallies):
-            server = names[number % len(names)]
-            rally = Rally(server)
-            for rally in player.play(server):
-                progress.update(shown, description=f"rally {number + 1} of {rallies}, {rally.strokes} strokes")
-            played.append(rally)
-
-
 def summary(played: Sequence[Rally]) -> dict[str, object]:
     """Return the figures of all rallies."""
     strokes = [rally.strokes for rally in played]
@@ -127,7 +103,7 @@ def summary(played: Sequence[Rally]) -> dict[str, object]:
         "rallies": len(played),
         "strokes": strokes,
         "median_strokes": median(strokes) if strokes else None,
-        "violations": sum(len(rally.violations()) for rally in played),
+        "violations": sum(len(rally.faults()) for rally in played),
     }
 
 

@@ -4,21 +4,20 @@ import contextlib
 import math
 import time
 from dataclasses import dataclass, field
-from typing import Any
+
+import numpy as np
 
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.court import BALL, CourtConfig
 from robot.description import RobotConfig
 from robot.striking.launcher import Launch, Launcher
 from robot.striking.scoring import Score, score
-from tools.rally.forbidden_contacts import forbidden_contact
 from tools.rally.latency import Latency, latencies
 from tools.rally.limit_monitor import LimitMonitor, LimitReport
-from tools.rally.targets import Targets
+from tools.rally.received import Messages, forbidden_contact
 
 AFTER_ARRIVAL_S = 2.0
 """Longest wait after a ball's arrival until it has landed, s of robot time."""
@@ -28,13 +27,32 @@ REST_S = 4.0
 """Longest wait for the arm to rest before the next ball, s of wall time."""
 JUMPS_AT = 0.5
 """Fraction of a ball's flight after which a moving target jumps."""
-STALLED_S = 5.0
-"""Timeout of the sim's ball messages, s of wall time."""
 TOPICS = (topics.BALL, topics.CONTACT, topics.STRIKES, topics.ENDED)
-LENGTH = 1024
-"""Capacity of the queue of each topic, messages."""
-POLL_S = 0.01
-"""Period of polling. A thread that woke for each message would take time from striker and planner at each sight."""
+
+
+Place = tuple[float, float, float]
+
+
+class Targets:
+    """Positions of a target that jumps within `wander`, m, of `middle` along x and y, or stays there if that is 0."""
+
+    def __init__(self, middle: Place, wander: float, seed: int) -> None:
+        self._middle = middle
+        self._wander = wander
+        self._random = np.random.default_rng([seed, 1])
+
+    @property
+    def move(self) -> bool:
+        """Whether the target moves."""
+        return self._wander > 0
+
+    def next(self) -> Place:
+        """Return the next position, m."""
+        x, y, z = self._middle
+        if not self.move:
+            return self._middle
+        offset = self._wander * self._random.uniform(-1, 1, 2)
+        return x + float(offset[0]), y + float(offset[1]), z
 
 
 @dataclass(slots=True, eq=False)
@@ -88,7 +106,7 @@ class Player:
         self._target = (0.0, 0.0, 0.0)
         self._revise_hz = revise_hz
         self._watch = LimitMonitor(bus, config)
-        self._sources = [(topic, bus.collect(topic, LENGTH)) for topic in TOPICS]
+        self._messages = Messages((bus, topic) for topic in TOPICS)
         self._aim()
 
     def play(self) -> Stroke:
@@ -106,7 +124,7 @@ class Player:
         contacts: list[m.Contact] = []
         sights: list[m.BallState] = []
         routed_ns: dict[float, int] = {}
-        self._queued()  # discard the messages about the ball before
+        self._messages.waiting()  # discard the messages about the ball before
         launch = stroke.launch
         thrown = self._bus.ask(
             topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin)
@@ -114,7 +132,7 @@ class Player:
         until, now = thrown + launch.flight_time + AFTER_ARRIVAL_S, thrown
         jumps_at = thrown + launch.flight_time * JUMPS_AT if self._targets.move else math.inf
         while now < until:
-            for message, message_routed_ns in self._take():
+            for _, message, message_routed_ns in self._messages.take():
                 match message:
                     case m.BallState():
                         now = max(now, message.time)
@@ -144,22 +162,6 @@ class Player:
         """Request strikes to the next target."""
         self._target = self._targets.next()
         self._bus.ask(topics.STRIKE, m.StrikeRequest(target=self._target, revise_hz=self._revise_hz))
-
-    def _take(self) -> list[tuple[Any, int]]:
-        """Return the next messages with their Unix times at the router, ns. Raises NoAnswer if none arrive."""
-        deadline = time.monotonic() + STALLED_S
-        while time.monotonic() < deadline:
-            if found := self._queued():
-                return found
-            time.sleep(POLL_S)
-        raise NoAnswer("sim", self._bus.key(topics.BALL.key), f"no ball was published for {STALLED_S:g} s")
-
-    def _queued(self) -> list[tuple[Any, int]]:
-        found: list[tuple[Any, int]] = []
-        for topic, source in self._sources:
-            while (taken := source.take()) is not None:
-                found.append((decode(taken[0], topic.message), taken[1]))
-        return found
 
     def _wait_for_rest(self) -> None:
         """Wait until the arm has rested for four polls, at most `REST_S`."""

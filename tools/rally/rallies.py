@@ -2,9 +2,8 @@
 
 import contextlib
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,11 @@ import numpy as np
 from protocol import messages as m
 from protocol import topics
 from protocol.bus.bus import Bus
-from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
 from tools.rally.exchange import exchange, parked_ball, serve
-from tools.rally.forbidden_contacts import forbidden_contact
 from tools.rally.limit_monitor import LimitMonitor, LimitReport
+from tools.rally.received import Messages, forbidden_contact
 from tools.rally.referee import Referee
 
 ARM_TOPICS = (topics.CONTACT, topics.ENDED, topics.STRIKES)
@@ -26,8 +24,6 @@ READY_S = 30.0
 """Longest wait for both arms to rest before the next serve, s of wall time."""
 REST_S = 0.2
 """Rest before a serve, s of robot time."""
-STALLED_S = 10.0
-"""Timeout of the sim's ball messages, s of wall time."""
 
 
 @dataclass(slots=True, eq=False)
@@ -39,7 +35,7 @@ class Rally:
         strokes: Number of strokes that counted.
         over: Why the rally ended.
         duration: Robot time, s.
-        faults: A sentence for each motion that was aborted, and each contact without the ball.
+        incidents: A sentence for each motion that was aborted, and each contact without the ball.
         checked: Use of the limits by commands and states of each arm.
     """
 
@@ -47,13 +43,13 @@ class Rally:
     strokes: int = 0
     over: str = ""
     duration: float = 0.0
-    faults: list[str] = field(default_factory=list)
+    incidents: list[str] = field(default_factory=list)
     checked: dict[str, LimitReport] = field(default_factory=dict)
 
-    def violations(self) -> list[str]:
-        """Return a sentence for each fault, and for each arm that exceeded a limit."""
+    def faults(self) -> list[str]:
+        """Return a sentence for each incident, and for each arm that exceeded a limit."""
         beyond = [(name, report) for name, report in self.checked.items() if report.violations]
-        return self.faults + [
+        return self.incidents + [
             f"{name}: {report.violations} ticks beyond a limit: {report.worst}" for name, report in beyond
         ]
 
@@ -81,7 +77,7 @@ class _RallyFollower:
             case m.Strike():
                 self._reasons[name] = message.reason if message.phase in ("refused", "missed") else ""
             case m.Result() if message.outcome == "aborted":
-                self._rally.faults.append(f"{name}: goal {message.goal_id} was aborted: {message.reason}")
+                self._rally.incidents.append(f"{name}: goal {message.goal_id} was aborted: {message.reason}")
         self._rally.strokes = self.referee.strokes
 
     def end_reason(self) -> str:
@@ -98,7 +94,7 @@ class _RallyFollower:
             return
         self.referee.add_contact(contact)
         if sentence := forbidden_contact(contact):
-            self._rally.faults.append(sentence)
+            self._rally.incidents.append(sentence)
 
 
 class RallyPlayer:
@@ -110,12 +106,9 @@ class RallyPlayer:
         """`buses`, `configs`: bus and description of each arm, by name; `max_strokes`: largest number in a rally."""
         self._buses, self._configs, self._max_strokes = buses, configs, max_strokes
         self._random = np.random.default_rng(seed)
-        self._received: SimpleQueue[tuple[str, m.BallState | m.Contact | m.Result | m.Strike]] = SimpleQueue()
         self._first = next(iter(buses))
-        self._listen(self._first, topics.BALL)
-        for name in buses:
-            for topic in ARM_TOPICS:
-                self._listen(name, topic)
+        of_arms = [(bus, topic) for bus in buses.values() for topic in ARM_TOPICS]
+        self._messages = Messages([(buses[self._first], topics.BALL), *of_arms])
         self._watches = {name: LimitMonitor(bus, configs[name]) for name, bus in buses.items()}
         one, other = configs
         self._exchanges = {a: exchange(configs[a], configs[b]) for a, b in ((one, other), (other, one))}
@@ -130,8 +123,8 @@ class RallyPlayer:
             request = m.StrikeRequest(target=(x, y, z), flight_time=play.flight_time, revise_hz=revise_hz)
             bus.ask(topics.STRIKE, request)
 
-    def play(self, server: str) -> Iterator[Rally]:
-        """Serve from the half of `server`, and yield the rally after every stroke and at its end.
+    def play(self, server: str, counted: Callable[[int], object]) -> Rally:
+        """Serve from the half of `server`, and follow the rally to its end; `counted` is called with each new count.
 
         Raises:
             Refusal: the ball cannot be served.
@@ -140,38 +133,23 @@ class RallyPlayer:
         self._buses[self._first].ask(topics.SIM_BALL, parked_ball(self._configs[self._first]))
         self._wait_for_rest()
         throw = serve(self._configs[server], self._exchanges[server], self._random)
-        self._drain()
+        self._messages.waiting()  # discard the messages about the rally before
+        for watch in self._watches.values():
+            watch.drop()
         served = self._buses[self._first].ask(topics.SIM_BALL, throw).time
         rally = Rally(server)
         follower = _RallyFollower(rally, self._configs, served)
         while not follower.referee.over and rally.strokes < self._max_strokes:
-            counted = rally.strokes
-            follower.take(*self._take())
+            before = rally.strokes
+            for received in self._messages.take():
+                follower.take(received.robot, received.message)
             for watch in self._watches.values():
                 watch.read()
-            if rally.strokes > counted:
-                yield rally
+            if rally.strokes > before:
+                counted(rally.strokes)
         rally.over = follower.end_reason()
         rally.checked = {name: watch.check(follower.touches[name]) for name, watch in self._watches.items()}
-        yield rally
-
-    def _listen(self, name: str, topic: topics.Publication[Any]) -> None:
-        self._buses[name].listen(topic, lambda body: self._received.put((name, decode(body, topic.message))))
-
-    def _take(self) -> tuple[str, Any]:
-        """Return the next message and its arm. Raises NoAnswer if none arrives."""
-        try:
-            return self._received.get(timeout=STALLED_S)
-        except Empty:
-            key = self._buses[self._first].key(topics.BALL.key)
-            raise NoAnswer("sim", key, f"no ball was published for {STALLED_S:g} s") from None
-
-    def _drain(self) -> None:
-        for watch in self._watches.values():
-            watch.drop()
-        with contextlib.suppress(Empty):
-            while True:
-                self._received.get_nowait()
+        return rally
 
     def _wait_for_rest(self) -> None:
         """Wait until both arms have rested for `REST_S` of robot time, at most `READY_S`."""

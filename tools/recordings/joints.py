@@ -225,8 +225,9 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
     free = [column for index, column in enumerate(columns) if index not in found.values()]
     if not found and names.are_poses(columns):
         return f"it {names.ONLY_POSES.format(listed(columns, NAMED))}"
+    which = "other columns" if found and free else "columns"
     return (
-        f"it has no column for {listed(missing, NAMED)}; its columns are {listed(free or columns, NAMED)}, "
+        f"it has no column for {listed(missing, NAMED)}; its {which} are {listed(free or columns, NAMED)}, "
         f"the robot has {len(joints)} joints; name them with --map {_family_map(free or columns, missing)} …"
     )
 

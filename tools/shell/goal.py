@@ -12,9 +12,8 @@ from protocol import messages as m
 from protocol.codec import encode
 from tools.shell import joints
 from tools.shell.flags import Coordinates, File, Identifier, Name, Number, Points, Seconds, Switch, ToolPoints, Words
-from tools.shell.following import follow
+from tools.shell.joints import tool, tool_waypoint
 from tools.shell.shell import Shared, Shell, UsageError, reach
-from tools.shell.tool import tool, tool_waypoint
 
 Parsed = TypeVar("Parsed")
 
@@ -65,7 +64,7 @@ class GoalFlags:
         lease: Stop the arm if this command ends early, and refuse other clients until the motion has ended.
         plan_only: Plan without moving the arm.
         no_preempt: Refuse the goal if another motion runs, instead of replacing that motion.
-        wait: Follow the motion to its end and print the result.
+        wait: Follow the motion to its end and print the result; with --json it is a second line.
         save: Write the planned trajectory to this .msgpack file; with --plan-only, `volley execute` plays it.
     """
 
@@ -126,7 +125,7 @@ def goal(flags: Annotated[GoalFlags, arg(name="")], *, shell: Shared) -> int:
         motion = link.arm.goal(flags.primitive, **fields)
         _save(flags, motion.reply, link)
         link.print(motion.reply)
-        return follow(link, motion) if flags.wait or flags.lease else 0
+        return link.follow(motion) if flags.wait or flags.lease else 0
 
 
 def check(flags: GoalFlags) -> None:

@@ -9,7 +9,6 @@ from protocol import messages as m
 from protocol.codec import check_request_size, decode
 from protocol.topics import EXECUTE
 from tools.shell.flags import AnyGoal, NamedGoal, Seconds, Source, Switch
-from tools.shell.following import follow
 from tools.shell.shell import Shared, UsageError, reach
 
 
@@ -21,7 +20,7 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
     Args:
         file: File with one Trajectory message.
         lead: Start this long from now, s, in the controller's present epoch, instead of at the file's time and epoch.
-        wait: Follow the motion to its end and print the result.
+        wait: Follow the motion to its end and print the result; with --json it is a second line.
         shell: How to reach the robot.
     """
     try:
@@ -35,7 +34,7 @@ def execute(file: Source, *, lead: Seconds = None, wait: Switch = False, shell: 
     with reach(shell) as link:
         motion: MotionHandle = link.arm.execute(trajectory, lead)
         link.print(m.Accepted(goal_id=motion.goal_id, start_time=motion.start_time))
-        return follow(link, motion) if wait else 0
+        return link.follow(motion) if wait else 0
 
 
 def reference(*, lead: Annotated[float, arg(metavar="S")] = 0.0, shell: Shared) -> None:

@@ -1,6 +1,5 @@
 """`volley learn`, `episodes` and `export`: learn from recordings, and write played motions to files."""
 
-import math
 import re
 import sys
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from rich.text import Text
-from tyro.conf import Positional, UseAppendAction, arg
+from tyro.conf import Positional, arg
 
 from motion.demonstration import SavitzkyGolay
 from motion.errors import InvalidMotion
@@ -17,16 +16,15 @@ from protocol import messages as m
 from robot.conversions import limits_of
 from tools.recordings import readers, writers
 from tools.recordings.doctor import Arm, Finding, examine
-from tools.recordings.learning import in_radians, load
-from tools.recordings.recording import Recording, Unit, Unreadable
+from tools.recordings.learning import in_radians
+from tools.recordings.recording import Recording, Unreadable
 from tools.shell.console import ShellConsole
 from tools.shell.flags import File, Number, Seconds, Source, Switch
+from tools.shell.reading import Reading, check_plot, check_times
 from tools.shell.shell import Flags, Shared, UsageError, reach
 from tools.shell.tables import cell, table
 
 Sources = Positional[Annotated[tuple[Path, ...], arg(metavar="FILE ...", help_behavior_hint="")]]
-Maps = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="THEIRS=OURS")]]
-Chosen = Annotated[str | None, arg(metavar="N", help_behavior_hint="")]
 Named = Annotated[str | None, arg(metavar="NAME", help_behavior_hint="")]
 
 
@@ -34,12 +32,7 @@ def learn(
     files: Sources,
     *,
     name: Named = None,
-    episode: Chosen = None,
-    map: Maps = (),
-    unit: Annotated[Unit | None, arg(help_behavior_hint="")] = None,
-    rate: Number = None,
-    duration: Seconds = None,
-    calibration: File = None,
+    reading: Reading,
     smoothing: Annotated[Literal["auto", "none"] | None, arg(help_behavior_hint="")] = None,
     window: Seconds = None,
     order: Annotated[int | None, arg(metavar="N", help_behavior_hint="")] = None,
@@ -57,12 +50,7 @@ def learn(
     Args:
         files: The recording, or the directory of a data set or bag; several are learned together.
         name: Name of the new primitive; by default the first file's name without its extension.
-        episode: Name or number of the movement, as `volley episodes` lists them.
-        map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
-        unit: Unit of the angles, if the file does not give it.
-        rate: Samples per second, for a file without times or with wrong ones.
-        duration: Scale the times to this total, s; for recordings over a phase from 0 to 1.
-        calibration: LeRobot calibration (.json) of the arm that recorded positions of -100 to 100.
+        reading: How the recording is read.
         smoothing: auto (default) fits a penalised spline, smoothed for each joint; none follows every sample.
         window: Smooth with a Savitzky-Golay filter of this width instead, s, as the paper does.
         order: With --window: polynomial order of that filter; by default 5.
@@ -71,7 +59,7 @@ def learn(
         plot: Plot raw, fitted and imitated curves and the faults to a .png or .rrd file, before learning.
         shell: How to reach the robot.
     """
-    check_times(rate, duration)
+    reading.check()
     check_plot(plot, files)
     if not files:
         raise UsageError("learn needs a FILE, or several of one movement; see volley learn --help")
@@ -83,12 +71,10 @@ def learn(
     if follow_spread and not several:
         raise UsageError("--follow-spread needs several recordings of one movement; name more files")
     filtered = _filter(smoothing, window, order)
-    how = {"episode": episode, "mapping": mapping(map), "unit": unit, "rate": rate, "duration": duration}
-    how["calibration"] = calibration
     with reach(shell) as link:
         joints = link.joint_names()
         try:
-            raws = [load(file, joints, **how) for file in files]
+            raws = [reading.load(file, joints) for file in files]
             lesson = learnable(raws, link.description(), plot, filtered)
             recording = in_radians(lesson.recording)
         except (Unreadable, InvalidMotion) as problem:
@@ -152,7 +138,7 @@ def export(
 
 def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
     """Return a sentence with the commands that move an arm to the start of a primitive, `positions` (J,), rad."""
-    begin = " ".join(f"{value:.6f}" for value in positions) + flags.way
+    begin = " ".join(f"{round(value, 6) + 0.0:.6f}" for value in positions) + flags.way
     return (
         f"to play it as recorded, first bring the arm to its start: volley goal {name} --wait --positions {begin}, or "
         f"for a simulated arm volley reset-sim --positions {begin}"
@@ -162,15 +148,6 @@ def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
 def primitive_name(file: Path) -> str:
     """Return a library name made from a file's name, with - for characters that are not allowed."""
     return re.sub(r"[^A-Za-z0-9_-]+", "-", file.resolve().stem).strip("-_")[:64] or "recording"
-
-
-def check_times(rate: float | None, duration: float | None = None) -> None:
-    """Raise UsageError for times that no recording has."""
-    if rate is not None and duration is not None:
-        raise UsageError("--rate and --duration both set the times; give one of them")
-    for flag, value in (("--rate", rate), ("--duration", duration)):
-        if value is not None and not 0 < value < math.inf:
-            raise UsageError(f"{flag} is {value:g}; it must be a number greater than 0")
 
 
 def _filter(
@@ -188,35 +165,6 @@ def _filter(
     if smoothing is not None:
         raise UsageError(f"--smoothing {smoothing} and --window {window:g} both set the smoothing; give one of them")
     return m.SavitzkyGolay(window_s=window, order=5 if order is None else order)
-
-
-def check_plot(plot: Path | None, files: Sequence[Path] = ()) -> None:
-    """Raise UsageError for a picture that cannot be drawn, before anything else is done."""
-    if plot is None:
-        return
-    if plot.suffix not in (".png", ".rrd"):
-        raise UsageError(f"--plot {plot}: the file must end in .png, or in .rrd for the Rerun viewer")
-    if not plot.parent.is_dir():
-        raise UsageError(f"--plot {plot}: there is no directory {plot.parent}; make it, or name another file")
-    if plot.exists() and any(file.exists() and plot.samefile(file) for file in files):
-        raise UsageError(f"--plot {plot} would overwrite the recording; name another file")
-
-
-def mapping(pairs: tuple[str, ...]) -> dict[str, str]:
-    """Return the joint of each column in --map.
-
-    Raises:
-        UsageError: a pair has another form.
-    """
-    split = [pair.partition("=") for pair in pairs]
-    for pair, (theirs, _, ours) in zip(pairs, split, strict=True):
-        if not theirs or not ours or theirs.count("*") > 1 or ours.count("*") > theirs.count("*"):
-            raise UsageError(f"--map {pair}: write THEIRS=OURS, a column and a joint, each with at most one *")
-    found = {theirs: ours for theirs, _, ours in split}
-    for theirs, _, ours in split:
-        if (other := found[theirs]) != ours:
-            raise UsageError(f"--map {theirs}={ours}: {theirs!r} is also mapped to {other!r}; give one of the two")
-    return found
 
 
 class Lesson(NamedTuple):

@@ -2,8 +2,9 @@
 
 import json
 import shlex
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,7 +12,7 @@ import msgspec
 import tyro
 from rich.text import Text
 
-from client import ROBOT, Arm, NoAnswer, Refusal, connect
+from client import ROBOT, Arm, GoalHandle, MotionHandle, NoAnswer, Refusal, connect
 from client.link import unknown_robot
 from protocol import messages as m
 from tools.shell.console import ShellConsole
@@ -93,6 +94,24 @@ class Shell:
             self.console.print(Text(msgspec.json.encode(reply).decode()), soft_wrap=True)
         else:
             self.console.print(show(reply, self.joint_names()))
+
+    def follow(self, motion: GoalHandle | MotionHandle) -> int:
+        """Wait until a motion has ended, print its result and return the exit status, 0 if it succeeded.
+
+        Raises:
+            Refusal, NoAnswer: as `wait`.
+        """
+        waiting = self.console.status(f"goal {motion.goal_id} runs") if sys.stdout.isatty() else nullcontext()
+        try:
+            with waiting:
+                result = motion.wait()
+        except KeyboardInterrupt:
+            leased = "its lease ends, and the controller stops it"
+            means = leased if self.arm.holds_lease else f"it continues; stop it with: volley cancel {motion.goal_id}"
+            print(f"goal {motion.goal_id} is no longer followed: {means}", file=sys.stderr)
+            raise
+        self.print(result)
+        return 0 if result.outcome == "succeeded" else 1
 
 
 @contextmanager

@@ -10,9 +10,9 @@ from robot.shipped import DEFAULT_ROBOT_CONFIG
 from tools.recordings.learning import arranged, in_radians
 from tools.recordings.recording import Recording, Unreadable
 from tools.shell.flags import File, Name, Seconds, Switch
-from tools.shell.following import follow
 from tools.shell.guiding import guided
-from tools.shell.recordings import check_plot, learnable
+from tools.shell.reading import check_plot
+from tools.shell.recordings import learnable
 from tools.shell.shell import Shared, Shell, UsageError, reach
 
 
@@ -81,8 +81,8 @@ def teach(
         link.print(learned)
         if not play or learned.start is None:
             return 0
-        back = follow(link, link.arm.goal(name, positions=learned.start.positions))
-        return back or follow(link, link.arm.goal(name))
+        back = link.follow(link.arm.goal(name, positions=learned.start.positions))
+        return back or link.follow(link.arm.goal(name))
 
 
 def _check_name(link: Shell, name: str, replace: bool) -> None:

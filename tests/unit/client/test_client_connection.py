@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+import zenoh
 
 from client import NoAnswer, NoRouter, connect, connect_async
 
@@ -68,6 +69,14 @@ def test_a_closed_connection_is_an_error(robot):
         pass
     with pytest.raises(NoAnswer, match=r"this connection is closed$"):
         arm.status()
+
+
+def test_a_lease_that_could_not_begin_is_not_held(robot):
+    arm = connect(robot.endpoint)
+    arm.close()
+    with pytest.raises(zenoh.ZError), arm.lease():
+        pass
+    assert not arm.holds_lease
 
 
 def test_the_client_imports_only_the_protocol():

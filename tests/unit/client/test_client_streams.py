@@ -82,6 +82,22 @@ def test_closing_ends_an_iteration_in_another_thread(robot, what: str):
     arm.close()
 
 
+def test_a_stream_can_be_closed_after_its_connection(robot):
+    arm = connect(robot.endpoint)
+    with arm.stream(topics.CONTACT) as stream:
+        arm.close()
+    with pytest.raises(StreamEnded):
+        stream.take(timeout=0.1)
+
+
+def test_ended_streams_and_leases_leave_nothing_behind(arm):
+    declared = len(arm.bus._kept)  # noqa: SLF001
+    for _ in range(3):
+        with arm.stream(topics.CONTACT), arm.lease():
+            pass
+    assert len(arm.bus._kept) == declared  # noqa: SLF001
+
+
 def test_an_async_stream_ends_with_its_connection(robot):
     async def receive() -> list[float]:
         async with connect_async(robot.endpoint) as arm:

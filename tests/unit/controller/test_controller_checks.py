@@ -177,11 +177,22 @@ def test_a_jump_is_refused():
 
 
 def test_the_end_is_at_rest():
-    """The last sample has exactly zero velocity and acceleration."""
+    """The last sample has no velocity and no acceleration; the refusal names the joint and its value."""
     values = {name: array[:-2] for name, array in arrays().items()}
     refused = refusal(values)
     assert (refused.code, refused.detail["field"]) == ("bad_message", "velocities")
-    assert "at rest" in refused.message
+    assert "the motion must end at rest" in refused.message
+    assert "joint_1" in refused.message
+
+
+def test_rounding_at_the_end_is_removed():
+    """An end at rest within rounding is taken, and held exactly at rest."""
+    values = arrays()
+    values["velocities"][-1, 2], values["accelerations"][-1, 3] = 1e-12, -1e-9
+    samples = check_trajectory(message(values), ROBOT).segment.samples
+    assert not samples.velocities[-1].any()
+    assert not samples.accelerations[-1].any()
+    assert np.array_equal(samples.velocities[:-1], values["velocities"][:-1])
 
 
 @pytest.mark.parametrize(("field", "gap"), [("positions", 2e-6), ("velocities", 2e-4), ("accelerations", 2e-2)])

@@ -1,5 +1,6 @@
 """The conditions that polynomials must satisfy at all times before they can move the arm."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -214,9 +215,8 @@ def test_a_bound_is_taken_as_it_is():
 def test_a_jump_is_refused(order: int, gap: float):
     """Position, velocity and acceleration must be continuous where two pieces meet."""
     motion = there_and_back()
-    fades = gap * np.array(
-        [1.0, -6.0, 12.0, -8.0]
-    )  # (1 − 2t)³ and its first two derivatives are 0 at the end of the piece
+    # (1 − 2t)³ and its first two derivatives are 0 at the end of the piece.
+    fades = gap * np.array([1.0, -6.0, 12.0, -8.0])
     motion.coefficients[1, 3, order : order + 4] += fades
     refused = refusal(motion)
     assert (refused.code, refused.detail["field"]) == ("bad_message", "pieces.coefficients")
@@ -225,13 +225,21 @@ def test_a_jump_is_refused(order: int, gap: float):
     assert "at 0.5 s, from piece 0 to the next" in refused.message
 
 
-def test_the_end_is_at_rest():
-    """The last piece must be exactly constant."""
-    motion = there_and_back(rest=0.1)
-    motion.coefficients[-1, 2, 1] = 1e-12
-    refused = refusal(motion)
-    assert (refused.code, refused.detail["field"]) == ("bad_message", "pieces.coefficients")
-    assert "the last piece must be constant" in refused.message
+@pytest.mark.parametrize(("order", "quantity"), [(1, "velocities"), (2, "accelerations")])
+def test_the_end_is_at_rest(order: int, quantity: str):
+    """A motion that still moves or accelerates at its end is refused."""
+    motion = there_and_back()
+    motion.coefficients[-1, 2, order] = 0.01
+    assert re.match(f"{quantity} of joint_3 end at .*; the motion must end at rest", refusal(motion).message)
+
+
+def test_no_constant_piece_is_needed():
+    """A last piece that ends at rest is enough; the reference stays at its end."""
+    whole, motion = checked(there_and_back()), there_and_back()
+    segment = checked(Trajectory(motion.breaks[:-1], motion.coefficients[:-1]))
+    assert (segment.start, segment.end) == (whole.start, whole.end)
+    assert np.allclose(segment.samples.positions, whole.samples.positions, rtol=0, atol=1e-12)
+    assert not np.any([segment.samples.velocities[-1], segment.samples.accelerations[-1]])
 
 
 def led_back(outside: float, seconds: float) -> Trajectory:

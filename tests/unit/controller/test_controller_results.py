@@ -6,7 +6,7 @@ import pytest
 from msgspec import UNSET, UnsetType
 
 from protocol import messages as m
-from robot.description import Tolerance
+from robot.schema import Tolerance
 from services.controller.core import Controller
 from services.controller.incidents import touch_of
 from tests.unit.controller.perfect_arm import JOINTS, ROBOT, PerfectArm, execute, trajectory

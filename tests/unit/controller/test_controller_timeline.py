@@ -6,6 +6,13 @@ from motion.limits import Limits
 from motion.trajectory import Samples
 from services.controller.timeline import Segment, Timeline
 
+LIMITS = Limits(np.array([[-1.0, 1.0]]), np.array([2.0]), np.array([10.0]), np.array([100.0]))
+
+
+def timeline_at(position: float) -> Timeline:
+    """Return the timeline of one joint that stays there."""
+    return Timeline(np.array([position]), LIMITS, 0.001)
+
 
 def ramp(start: int, count: int, first: float) -> Segment:
     """Positions first, first + 1, … on one joint."""
@@ -20,7 +27,7 @@ def positions(timeline: Timeline, ticks: range) -> list[float]:
 
 def test_it_holds_before_and_after_a_segment():
     """Before the first segment it holds its first sample, after the last one its last."""
-    timeline = Timeline(np.array([5.0]), tick=3)
+    timeline = timeline_at(5.0)
     timeline.splice(ramp(10, 3, 20.0))
     assert positions(timeline, range(8, 15)) == [5, 5, 20, 21, 22, 22, 22]
     assert positions(timeline, range(3)) == [5, 5, 5]
@@ -30,7 +37,7 @@ def test_it_holds_before_and_after_a_segment():
 
 def test_a_segment_replaces_all_that_came_from_its_start_on():
     """It also replaces segments that have not begun, and one that begins at the same tick."""
-    timeline = Timeline(np.array([0.0]))
+    timeline = timeline_at(0.0)
     timeline.splice(ramp(10, 10, 100.0))
     timeline.splice(ramp(14, 2, 200.0))
     timeline.splice(ramp(12, 2, 300.0))
@@ -41,7 +48,7 @@ def test_a_segment_replaces_all_that_came_from_its_start_on():
 
 def test_the_past_can_be_forgotten():
     """The present and the future stay."""
-    timeline = Timeline(np.array([0.0]))
+    timeline = timeline_at(0.0)
     timeline.splice(ramp(10, 5, 100.0))
     timeline.splice(ramp(12, 5, 200.0))
     before = positions(timeline, range(11, 20))
@@ -53,7 +60,7 @@ def test_the_past_can_be_forgotten():
 
 def test_coming_returns_the_samples_of_the_next_ticks():
     """Across segments they are equal to those of the single ticks."""
-    timeline = Timeline(np.array([0.0]))
+    timeline = timeline_at(0.0)
     timeline.splice(ramp(10, 5, 100.0))
     timeline.splice(ramp(12, 3, 200.0))
     assert timeline.coming(9, 7).positions[:, 0].tolist() == [0, 100, 101, 200, 201, 202, 202]
@@ -68,7 +75,7 @@ def test_coming_returns_the_samples_of_the_next_ticks():
 
 def test_hold_discards_all_segments():
     """The pose is copied, so the caller may change its own array."""
-    timeline = Timeline(np.array([0.0]))
+    timeline = timeline_at(0.0)
     timeline.splice(ramp(10, 5, 100.0))
     pose = np.array([7.0])
     timeline.hold(pose, 11)
@@ -79,8 +86,7 @@ def test_hold_discards_all_segments():
 
 def test_an_arm_at_rest_outside_its_limits_stays_where_it_is():
     """A plan that has not begun never begins, however far ahead."""
-    limits = Limits(np.array([[-1.0, 1.0]]), np.array([2.0]), np.array([10.0]), np.array([100.0]))
-    timeline = Timeline(np.array([1.01]))
+    timeline = timeline_at(1.01)
     timeline.splice(ramp(1_000_000, 50, 1.01))
-    assert timeline.stop(5, limits, 0.001) == (5, 5)
+    assert timeline.stop(5) == (5, 5)
     assert positions(timeline, range(0, 2_000_000, 1000)) == [1.01] * 2000

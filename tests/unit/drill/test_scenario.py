@@ -25,7 +25,7 @@ def test_a_bound_holds_for_values_within_it(bound: Bound, good: list[Value], bad
 
 def scenario(*bounds: Bound) -> Scenario:
     """Return a scenario without an effect."""
-    return Scenario("nothing", "nothing happens", "stepped", bounds, lambda _: {})
+    return Scenario("nothing", "nothing happens", bounds, lambda _: {})
 
 
 def test_a_scenario_with_a_missing_measurement_has_not_held():

@@ -111,7 +111,7 @@ def lab(tmp_path: Path, host: Host) -> Lab:
 
 def scenario(run: Callable[[Lab], Measured], clock: Clock = "realtime", *others: Bound) -> Scenario:
     """Return a scenario with a bound on late ticks and `others`."""
-    return Scenario("nothing", "nothing happens", clock, (LATE, *others), run)
+    return Scenario("nothing", "nothing happens", (LATE, *others), run, clock)
 
 
 def test_a_scenario_disturbed_by_steal_time_is_repeated(lab: Lab, host: Host):
@@ -175,7 +175,7 @@ def test_a_scenario_without_a_timed_bound_is_not_repeated(lab: Lab, host: Host):
         host.steal(core=0, steps=50)
         raise ScenarioError("waited too long")
 
-    assert run_scenario(Scenario("nothing", "nothing happens", "realtime", (JUMPS,), run), lab).earlier_attempts == ()
+    assert run_scenario(Scenario("nothing", "nothing happens", (JUMPS,), run, "realtime"), lab).earlier_attempts == ()
 
 
 def test_steal_time_before_the_attempt_does_not_repeat_it(lab: Lab, host: Host):

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 
-from experiments.common import TIMES, ask, column, demonstrated, figure_primitive, gaussian, qp, rms, state
+from experiments.common import TIMES, ask, demonstrated, figure_primitive, gaussian, qp, rms, state
 from experiments.fig2 import exact_deviations
 
 
@@ -21,9 +21,10 @@ def test_the_demonstration_has_the_known_values():
 def test_the_closed_form_of_the_deviation_agrees_with_the_programs(method, ends: int):
     """Both programs deviate by the closed form's line, the Gaussians except for ringing at the ends."""
     request = ask(state(0.5, -2.0), state(0.0, 6.0), 0.8)
-    _, samples = method(figure_primitive(), request)
-    deviation = column(samples)[2] - demonstrated(np.linspace(0, 1, len(samples)))[2] / 0.8**2
-    _, exact = exact_deviations(request, len(samples))
+    _, motion = method(figure_primitive(), request)
+    count = motion.shape[1]
+    deviation = motion[2] - demonstrated(np.linspace(0, 1, count))[2] / 0.8**2
+    _, exact = exact_deviations(request, count)
     inner = slice(ends, len(exact) - ends)
     assert np.abs(deviation - exact)[inner].max() < 0.02 * rms(exact)
 

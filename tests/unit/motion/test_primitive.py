@@ -1,5 +1,6 @@
 """Primitives learned from demonstrations."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,13 @@ def test_velocities_and_accelerations_are_derivatives_at_any_duration(figure: Pr
     assert np.allclose(np.gradient(fast.velocities[:, 0], S)[1:-1], fast.accelerations[1:-1, 0], atol=2e-2)
     assert figure.weights.shape == (1, 50)
     assert figure.weights[0, [0, -1]] == pytest.approx(fast.accelerations[[0, -1], 0])
+
+
+@pytest.mark.parametrize("field", ["duration", "control_points"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_primitive_has_finite_numbers(figure: Primitive, field: str, value: float) -> None:
+    with pytest.raises(InvalidMotion, match=f"{field}: .*finite"):
+        replace(figure, **{field: getattr(figure, field) + value})
 
 
 @pytest.mark.parametrize("count", [0, 19, 401])

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 
@@ -99,5 +101,7 @@ def test_values_beyond_a_limit_by_rounding_are_moved_onto_it(ask: Ask) -> None:
     ],
 )
 def test_error_sentences(error: MotionError, words: list[str]) -> None:
-    for word in words:
-        assert word in str(error)
+    """They are the same after the error was sent to another process."""
+    for each in (error, pickle.loads(pickle.dumps(error))):
+        for word in words:
+            assert word in str(each)

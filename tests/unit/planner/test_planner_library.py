@@ -45,6 +45,14 @@ def test_a_stored_primitive_is_read_back_exactly(tmp_path: Path, primitive: Prim
     assert second.get("swing").smoothing == primitive.smoothing
 
 
+def test_an_empty_directory_is_a_new_library_until_it_begins(tmp_path: Path):
+    """It may be made before the first start; once begun, what was removed is not learned again."""
+    library = Library(tmp_path, ARM, LOG)
+    assert library.is_new
+    library.begin()
+    assert not Library(tmp_path, ARM, LOG).is_new
+
+
 def test_a_removed_primitive_is_removed_from_memory_and_disk(tmp_path: Path, primitive: Primitive):
     """Removing it again is refused as unknown."""
     library = Library(tmp_path, ARM, LOG)

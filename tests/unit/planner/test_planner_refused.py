@@ -223,6 +223,25 @@ def test_a_goal_without_an_answer_of_the_controller_is_refused_as_unavailable(li
     assert (refusal.code, refused.code, refused.goal_id) == ("unavailable", "unavailable", "g1")
 
 
+@pytest.mark.parametrize(("silent", "count"), [(True, 0), (False, 1)])
+def test_a_controller_that_does_not_answer_does_not_lengthen_later_leads(library: Library, silent: bool, count: int):
+    """Its timeout is no planning time; a refusal ends one."""
+    notes: list[float] = []
+
+    class Bus(FakeBus):
+        def ask(self, topic: topics.Query, asked: m.Message) -> m.Reference | m.Accepted:
+            if silent and topic is topics.EXECUTE:
+                raise NoAnswer(topic.owner, topic.key)
+            return super().ask(topic, asked)
+
+    class Lead(LeadTime):
+        def note(self, seconds: float, kind: str = "qp", late: bool = False) -> None:
+            notes.append(seconds)
+
+    answered(library, Bus([(topics.GOAL, encode(GOAL))]), Lead(ROBOT.tick))
+    assert len(notes) == count
+
+
 @pytest.mark.parametrize("body", [b"", b"{", encode(m.Forget(name="forehand"))])
 def test_the_published_refusal_of_a_malformed_goal_has_no_fields_of_a_goal(library: Library, body: bytes):
     """In particular none of the previous goal."""

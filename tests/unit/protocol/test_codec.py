@@ -27,6 +27,7 @@ def refusal(body: Any, kind: type = m.Goal) -> Refusal:
     [
         ({"positions": [0.5, "one"]}, "positions[1]", "positions[1]: expected float, got str"),
         ({"lease": 1}, "lease", "lease: expected bool, got int"),
+        ({"lease": None}, "lease", "lease: expected bool, got null"),
         ({"duration": True}, "duration", "duration: expected float | null, got bool"),
         ({"start": [1.0]}, "start", "start: expected map | null, got array"),
         ({"tail": "fly"}, "tail", "tail: invalid enum value 'fly'; choose from 'stop', 'coast'"),
@@ -64,6 +65,15 @@ def test_an_invalid_key_is_refused_without_being_named(body: dict[Any, Any], kin
     with pytest.raises(Refusal) as refused:
         decode(cast(bytes, msgpack.packb(body)), kind, EXECUTE.max_bytes)
     assert refused.value.message.startswith(sentence)
+
+
+def test_a_body_may_be_the_map_of_joints_itself():
+    """`hold` takes {joint: value} too; what does not fit is refused like any other body."""
+    for body in ({"joints": {"finger": 0.5}}, {"finger": 0.5}, {"version": 1, "finger": 0.5}):
+        assert decode(cast(bytes, msgpack.packb(body)), m.Hold) == m.Hold(joints={"finger": 0.5})
+    for body, field in (({}, "joints"), ({"version": 1}, "joints"), ({"finger": "open"}, "finger")):
+        assert refusal(body, m.Hold).detail["field"] == field
+    assert refusal({"finger": float("nan")}, m.Hold).detail["field"] == "finger"
 
 
 def test_an_unknown_field_is_refused_with_a_list_of_the_known_ones():

@@ -2,9 +2,9 @@
 
 from protocol import messages as m
 from robot.striking.launcher import Launch
-from tools.rally.forbidden_contacts import forbidden_contact
 from tools.rally.limit_monitor import LimitReport
 from tools.rally.play import Stroke
+from tools.rally.received import forbidden_contact
 from tools.rally.report import sentence, summary
 
 LAUNCH = Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 1)

@@ -111,5 +111,5 @@ def test_serves_bounce_near_the_target():
 
 
 def test_summary_of_rallies():
-    played = [Rally("near", 3), Rally("far", 8), Rally("near", 5, faults=["near: aborted"])]
+    played = [Rally("near", 3), Rally("far", 8), Rally("near", 5, incidents=["near: aborted"])]
     assert summary(played) == {"rallies": 3, "strokes": [3, 8, 5], "median_strokes": 5, "violations": 1}

@@ -69,6 +69,16 @@ def test_held_joints_have_their_values_at_the_time_of_the_arms_pose(config: Robo
     np.testing.assert_allclose(places[:, scene.arm.index(4), 1], [0.0, 0.01, 0.01, 0.04])
 
 
+def test_joints_of_an_earlier_run_do_not_delay_those_of_the_next(config: RobotConfig):
+    """The states at the end of a run may be lost, and the clock of the next run begins at 0."""
+    scene = Scene(config)
+    scene.expect([(100.0, {"finger": [0.01]})])
+    scene.body_poses(np.zeros((1, 2)), np.array([99.9]))
+    scene.expect([(0.1, {"finger": [0.04]})])
+    places, _, _ = scene.body_poses(np.zeros((1, 2)), np.array([0.1]))
+    assert places[0, scene.arm.index(4), 1] == pytest.approx(0.04)
+
+
 def test_a_free_body_is_drawn_where_it_moves(config: RobotConfig):
     scene, arm = Scene(config), SimulatedArm(config)
     before = arm.surroundings()

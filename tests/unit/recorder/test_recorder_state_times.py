@@ -1,6 +1,6 @@
 """The arm's newest tick at a wall-clock time."""
 
-from services.recorder.state_times import StateTimes
+from services.recorder.runs import StateTimes
 
 
 def test_tick_at_a_wall_time_is_the_newest_state_received() -> None:

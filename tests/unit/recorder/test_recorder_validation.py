@@ -164,3 +164,23 @@ def test_a_plan_is_in_the_same_batch_as_its_states() -> None:
     batch = Receiver(sources, 6, lambda *_: None).take()
     assert [one.wall_ns for one in batch[PLAN]] == [2]
     assert [one.wall_ns for one in batch[STATE]] == [1, 3]
+
+
+def test_a_flood_of_plans_does_not_keep_a_batch_from_ending() -> None:
+    """Plans that arrive faster than they are taken wait for the next batch."""
+
+    class Flood(FakeStream):
+        """A source that is filled again whenever it has been emptied."""
+
+        fillings = 0
+
+        def take(self) -> tuple[bytes, int] | None:
+            taken = super().take()
+            if taken is None:
+                self.fillings += 1
+                assert self.fillings < 100
+                self.append((encode(MESSAGES[PLAN]), 1))
+            return taken
+
+    sources = {topic: Flood() if topic is PLAN else FakeStream() for topic in RECORDED}
+    assert Receiver(sources, 6, lambda *_: None).take()[PLAN]

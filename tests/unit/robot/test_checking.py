@@ -118,10 +118,16 @@ def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
         ),
         ({"alpha": "800.0"}, "warning", "alpha of 800 is 0.8 a tick, so that a push rings; write at most 500"),
         ({"first": ""}, "warning", "no torque limit of a is known"),
+        ({"velocities": "[inf, inf]"}, "warning", "no velocity limit of any joint is known"),
         ({"velocities": "[1.0, inf]"}, "warning", "no velocity limit of b is known"),
         ({"velocities": "[1.0, 180.0]"}, "warning", "b: a velocity limit of 180 looks like degrees; 3.14 rad/s"),
         ({"second": "-150 150"}, "warning", "b: its range of -150 to 150 rad looks like degrees"),
         ({"second": "2.5 -2.5"}, "warning", "b: its range begins at 2.5 and ends at -2.5"),
+        (
+            {"second": "-.05 .05", "home": "[0.1, 0.0]"},
+            "warning",
+            "b: a range narrower than 0.2 rad looks like radians",
+        ),
     ],
 )
 def test_mistakes_are_found(tmp_path: Path, changes: dict[str, str], level: str, sentence: str) -> None:
@@ -137,6 +143,20 @@ def test_radians_read_as_degrees_are_found(tmp_path: Path) -> None:
     (found,) = findings(tmp_path, angle="degree", home="[0.01, 0.02]")
     assert found.level == "unusable"
     assert 'radians were read as degrees; write <compiler angle="radian"/>' in found.sentence
+
+
+def test_several_joints_on_one_body_are_in_order_as_in_the_model(tmp_path: Path) -> None:
+    slides = '<joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>'
+    (tmp_path / "cart.xml").write_text(
+        f'<mujoco><worldbody><body name="cart">{slides}<geom size=".1"/><site name="tip"/></body></worldbody></mujoco>'
+    )
+    for names, wrong in ((["x", "y"], 0), (["y", "x"], 1)):
+        file = tmp_path / "cart.toml"
+        description = TOML.replace("two.xml", "cart.xml").replace("[held]\n{held}", "")
+        file.write_text(description.format(**{**DESCRIPTION, "names": str(names), "home": "[0.0, 0.0]"}))
+        robot = load_robot(file)
+        found = [one for one in check_robot(robot, robot.load_model()) if one.sentence.startswith("joints.names")]
+        assert len(found) == wrong, found
 
 
 def test_an_equality_of_a_gripper_joint_is_no_finding(tmp_path: Path) -> None:

@@ -7,9 +7,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot.description import Collision, RobotError, Tolerance, load_robot
+from robot.description import Collision, load_robot
 from robot.kinematics import Kinematics
 from robot.model import Tool, compile_model
+from robot.schema import RobotError, Tolerance
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from robot.urdf import read_urdf
 

@@ -94,6 +94,10 @@ def test_the_models_path_is_relative_below_the_toml_and_else_absolute(tmp_path: 
         assert f'model = "{tmp_path / "ur5e.urdf"}"' in import_robot(tmp_path / "ur5e.urdf", out).text
 
 
+SLIDER = """<mujoco><worldbody><body name="arm"><joint name="j" type="slide"/><geom size=".1"/></body></worldbody>
+<keyframe><key name="home" qpos="{qpos}"/></keyframe></mujoco>"""
+
+
 def test_tool_and_name_are_options(tmp_path: Path) -> None:
     robot, _ = imported(tmp_path, models.TWO_PANDAS, tool="panda1_TCP", name="right")
     assert robot.name == "right"
@@ -137,11 +141,12 @@ def test_package_urls_of_meshes_are_resolved(tmp_path: Path, monkeypatch: pytest
     ("old", "new", "sentence"),
     [
         ('<?xml version="1.0" ?>', '<!DOCTYPE robot [<!ENTITY a "b">]>', "remove <!DOCTYPE>"),
-        ("<robot", '<xacro:include filename="a"/><robot', "is not XML"),
+        ("<robot", '<xacro:include filename="a"/><robot', "is not XML.*; correct the file there, or export it again"),
         ('<link name="base_link"/>', '<link name="base_link"/><xacro:arm/>', "expand it first"),
         ("collision/shoulder.obj", "collision/shoulder.dae", "convert it"),
         ("collision/shoulder.obj", "meshes/shoulder.obj", "it is looked for at"),
-        ('effort="150.0"', 'effort="strong"', "is not a number"),
+        ('effort="150.0"', 'effort="strong"', "is not a number; write a number"),
+        ('effort="150.0"', 'effort="${effort}"', "is not a number; expand it first: xacro FILE.xacro > FILE.urdf"),
         ('lower="-3.141592653589793" upper="3.141592653589793"', 'upper="-1"', "begins at 0 and ends at -1; exchange"),
         ("</robot>", '<joint name="j" type="fixed"><mimic joint="elbow"/></joint></robot>', "j follows elbow, which"),
         ('<mass value="8.393"/>', '<mass value="0"/>', "give each link a mass and an inertia"),
@@ -151,6 +156,33 @@ def test_an_unreadable_urdf_is_refused_in_one_sentence(tmp_path: Path, old: str,
     with pytest.raises(RobotError, match=sentence) as caught:
         import_robot(ur5e_urdf(tmp_path, old, new), None)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sentence"),
+    [
+        ("arm.xml", "<?xml version='1.0'?><!-- <mujoco> --><robot name='arm'/>", "is a URDF.*; rename it to arm.urdf"),
+        ("arm.urdf", "<mujoco/>", "its root is <mujoco>; .* an MJCF's name ends in .xml"),
+        ("arm.urdf.xacro", "<robot/>", "is a xacro file; expand it first"),
+        ("arm.xml", "", "empty file.*; export it again"),
+        ("arm.xml", "<mujoco><worldbody>", "XML parse error.*; the file is not valid XML"),
+        ("arm.xml", "<mujoco><wheel/></mujoco>", "; correct its name, or remove it"),
+        ("arm.xml", "<mujoco><worldbody/></mujoco>", "the model has no joints; name the file of an arm"),
+        ("arm.xml", SLIDER.format(qpos="0 0"), "invalid qpos size.*; write as many numbers as the model's joints have"),
+        ("arm.xml", SLIDER.format(qpos="nan"), "keyframe 'home' has numbers that are not finite; correct them"),
+        ("arm.xml", SLIDER.format(qpos="0").replace("size", "size='a' fromto"), "; [a-z]"),
+    ],
+)
+def test_an_unreadable_model_is_refused_with_a_cure(tmp_path: Path, name: str, text: str, sentence: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(RobotError, match=sentence) as caught:
+        import_robot(tmp_path / name, None)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_name_that_no_key_can_have_is_refused_before_the_file_is_written() -> None:
+    with pytest.raises(RobotError, match=r"--name: 'my arm/#' cannot be a part of a key"):
+        import_robot(models.Z1, None, name="my arm/#")
 
 
 LINK = """<link name="{0}"><inertial><mass value="1"/>

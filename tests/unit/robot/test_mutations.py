@@ -1,4 +1,4 @@
-"""Twelve mistakes in a model: import or check reports each with a sentence that names a remedy."""
+"""Thirteen mistakes in a model: import or check reports each with a sentence that names a remedy."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -98,6 +98,12 @@ MUTATIONS: dict[str, tuple[Path, Change, Change, str]] = {
         swap(ELBOW, ELBOW.replace("revolute", "fixed")),
         same,
         'elbow_joint is fixed, but has limits; if it should move, write type="revolute"',
+    ),
+    "equal ends": (
+        models.UR5E_URDF,
+        swap('lower="-3.141592653589793" upper="3.141592653589793"', 'lower="-1" upper="-1"'),
+        same,
+        "elbow_joint: its range begins and ends at -1, which is taken for no range; write lower and upper",
     ),
     "negative sentinel": (
         models.UR5E_URDF,

@@ -4,8 +4,8 @@ import logging
 
 import pytest
 
-from services.common.robot_side import pace
-from services.common.robot_side.pace import REPORT_S, Pace
+from services.common.robot_side import clocks
+from services.common.robot_side.clocks import REPORT_S, Pace
 
 
 @pytest.mark.parametrize(("tick_s", "said"), [(0.001, []), (0.00104, []), (0.00125, ["0.80"]), (0.01, ["0.10"])])
@@ -14,8 +14,8 @@ def test_a_slow_machine_is_logged_once_in_five_seconds(
 ):
     """The line has the ratio of robot time to wall-clock time, if it is below 0.95."""
     now = [0.0]
-    monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
+    monkeypatch.setattr(clocks.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(clocks.Deadlines, "wait", lambda _: None)
     paced = Pace(1000.0, logging.getLogger("sim"))
     while now[0] < 1.5 * REPORT_S:
         now[0] += tick_s
@@ -28,8 +28,8 @@ def test_waiting_for_a_controller_that_hangs_is_not_logged_as_a_slow_machine(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
     now = [0.0]
-    monkeypatch.setattr(pace.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(pace.Deadlines, "wait", lambda _: None)
+    monkeypatch.setattr(clocks.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(clocks.Deadlines, "wait", lambda _: None)
     paced = Pace(1000.0, logging.getLogger("sim"))
     now[0] += 2.0
     paced.restart()

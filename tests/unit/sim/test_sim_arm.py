@@ -243,6 +243,8 @@ def test_a_refused_reset_changes_nothing(positions: list[float] | None, ball: Ba
         (Disturb(kind="torque", values=[0.0] * 6, duration=1.0, start_time=np.nan), "start_time", "or null"),
         (Disturb(kind="sensor_noise", position_std=-1.0), "position_std", "position_std is -1.0"),
         (Disturb(kind="sensor_noise", velocity_std=np.inf), "velocity_std", "velocity_std is inf"),
+        (Disturb(kind="sensor_noise", position_std=0.1, duration=1.0), "duration", "belongs to another kind"),
+        (Disturb(kind="torque", values=[0.0] * 6, duration=1.0, latency_s=0.1), "latency_s", "belongs to another kind"),
     ],
 )
 def test_a_refused_disturbance_has_no_effect(request_: Disturb, field: str, sentence: str):

@@ -18,8 +18,7 @@ from robot.schema import RobotError
 from robot.shipped import DEFAULT_ROBOT_CONFIG
 from services.common.robot_side.clocks import keep_time
 from services.sim.arm import SimulatedArm
-from services.sim.loop import SimLoop
-from services.sim.stepped import run_stepped
+from services.sim.loop import SimLoop, run_stepped
 from services.sim.world import World
 
 NEAR, FAR, LEFT, RIGHT = (

@@ -12,7 +12,7 @@ from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
 from robot.striking.choice import NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
-from robot.striking.contact import ContactLaw, better_normal, outgoing, racket_velocity
+from robot.striking.contact import ContactLaw
 from robot.striking.corrections import Corrections
 from robot.striking.estimator import Belief, Estimator
 from robot.striking.flight import Ball, Court, Surface
@@ -77,9 +77,9 @@ def test_the_racket_velocity_inverts_the_contact_law(arm, table):
     mobility = arm.mobility(arm.postures(table.postures[:30]))
     incoming, wanted = rng.normal(size=(2, 30, 3)) + np.array([[[-5, 0, 0]], [[4, 0, 2]]])
     normals = (wanted - incoming) / np.linalg.norm(wanted - incoming, axis=1, keepdims=True)
-    normals = better_normal(law, BALL.mass, mobility, incoming, wanted, normals)
-    racket = racket_velocity(law, BALL.mass, mobility, incoming, wanted, normals)
-    assert outgoing(law, BALL.mass, mobility, incoming, racket, normals) == pytest.approx(wanted, abs=1e-9)
+    normals = law.better_normal(BALL.mass, mobility, incoming, wanted, normals)
+    racket = law.racket_velocity(BALL.mass, mobility, incoming, wanted, normals)
+    assert law.outgoing(BALL.mass, mobility, incoming, racket, normals) == pytest.approx(wanted, abs=1e-9)
     across = racket - np.sum(racket * normals, axis=1, keepdims=True) * normals
     assert np.linalg.norm(across, axis=1).max() < 0.05 * np.linalg.norm(wanted - incoming, axis=1).min()
 
@@ -101,14 +101,7 @@ def test_a_chosen_hit_reaches_the_target_and_a_correction_keeps_its_branch(confi
     place, axis = (value[0] for value in arm.chain.pose(best.positions[None]))
     assert place == pytest.approx(best.racket_position, abs=2e-4)
     assert best.side * axis == pytest.approx(best.racket_normal, abs=2e-3)
-    left = outgoing(
-        chooser.law,
-        BALL.mass,
-        best.mobility[None],
-        best.incoming[None],
-        best.racket_velocity[None],
-        best.racket_normal[None],
-    )[0]
+    left = chooser.law.outgoing(BALL.mass, *best.contact)[0]
     assert left == pytest.approx(best.outgoing, abs=1e-6)
     leaves = best.ball + (best.incoming - left) * chooser.law.duration / 2
     fall = np.array([0, 0, -9.81]) * best.flight_time * (best.flight_time + BALL.step) / 2
@@ -188,7 +181,7 @@ def test_a_swing_that_would_miss_the_ball_is_moved_to_touch_it(config, chooser, 
     assert np.abs(touch.positions - best.positions).max() > 0.05
     low, high = arm.stoppable(touch.positions[None], 0.0)
     assert ((touch.velocities >= low[0]) & (touch.velocities <= high[0])).all()
-    left = outgoing(chooser.law, BALL.mass, *touch.contact)[0]
+    left = chooser.law.outgoing(BALL.mass, *touch.contact)[0]
     assert left == pytest.approx(touch.outgoing, abs=1e-6)
     assert touch.error > best.error
 
@@ -263,7 +256,7 @@ def test_a_ball_that_cannot_reach_the_target_is_blocked(config, chooser, arm):
     block = next(chooser.blocks(path, rest(config), far))
     assert block.ball == pytest.approx(path.at(np.array([block.time]))[0][0])
     assert block.racket_normal @ block.incoming == pytest.approx(-np.linalg.norm(block.incoming), rel=0.05)
-    assert outgoing(chooser.law, BALL.mass, *block.contact)[0] == pytest.approx(-block.incoming / 2, abs=1e-6)
+    assert chooser.law.outgoing(BALL.mass, *block.contact)[0] == pytest.approx(-block.incoming / 2, abs=1e-6)
     assert np.linalg.norm(block.racket_velocity) < 0.25 * np.linalg.norm(block.incoming)
     assert block.error > 1.0
     with pytest.raises(NoHit):
@@ -276,10 +269,10 @@ def test_observed_hits_correct_a_wrong_contact_law_which_is_saved(config, choose
     state = best.mobility[None], best.incoming[None], best.racket_velocity[None], best.racket_normal[None]
     rng = np.random.default_rng(0)
     for _ in range(15):
-        left = outgoing(true, BALL.mass, *state)[0] + 0.1 * rng.normal(size=3)
+        left = true.outgoing(BALL.mass, *state)[0] + 0.1 * rng.normal(size=3)
         assert learner.observe(best, BALL.mass, left)
-    believed = outgoing(learner.law, BALL.mass, *state)[0]
-    assert believed == pytest.approx(outgoing(true, BALL.mass, *state)[0], abs=0.1)
+    believed = learner.law.outgoing(BALL.mass, *state)[0]
+    assert believed == pytest.approx(true.outgoing(BALL.mass, *state)[0], abs=0.1)
     assert not learner.observe(best, BALL.mass, np.full(3, 50.0))
     assert not learner.observe(best, BALL.mass, np.full(3, np.nan))
     file = tmp_path / "arm.json"

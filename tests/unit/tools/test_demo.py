@@ -1,10 +1,15 @@
 """The bounds of the demo's strikes, and its report."""
 
+from collections import deque
+from types import SimpleNamespace
+
 import msgspec
 import pytest
 
 from protocol import messages as m
-from tools.demo.play import StrikeOutcome
+from protocol import topics
+from protocol.codec import encode
+from tools.demo.play import Player, StrikeOutcome
 from tools.demo.report import closest_limit, table
 from tools.demo.strikes import STRIKES, Strike
 
@@ -64,6 +69,18 @@ def test_a_goal_that_ended_before_its_hit_is_reported() -> None:
     ended = outcome("canceled")
     ended.result.hit = None
     assert "canceled before the hit" in ended.failures()[0]
+
+
+def test_a_contact_before_the_strike_is_no_touch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For example of the ball that the strike before has hit."""
+    played = outcome()
+    replies = {topics.GOAL: played.reply, topics.RESULT: played.result, topics.STATE_QUERY: SimpleNamespace(time=1.8)}
+    late = m.Contact(time=1.0, bodies=["ball", "racket"], impulse=0.1, ball_velocity=[5.0, 0.0, 0.0])
+    contacts = deque([(encode(late), 0)])
+    source = SimpleNamespace(take=lambda: contacts.popleft() if contacts else None)
+    bus = SimpleNamespace(collect=lambda *_: source, ask=lambda topic, _: replies.get(topic))
+    monkeypatch.setattr("time.sleep", lambda _: None)
+    assert Player(bus).play(STRIKE, 1, lambda _: None).ball_speed == 0.0  # type: ignore[arg-type]
 
 
 def test_the_closest_limit_is_the_one_used_most() -> None:

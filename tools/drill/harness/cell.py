@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from protocol import messages as m
@@ -14,8 +15,17 @@ from tools.drill.harness.observer import Observer
 from tools.drill.harness.processes import Processes
 from tools.drill.harness.waiting import wait_for
 
+AnswerT = TypeVar("AnswerT")
 LATE_TRIES = 3
 ACCEPTED = "accepted"
+
+
+def answer_or(otherwise: AnswerT, send: Callable[[], AnswerT]) -> AnswerT:
+    """Send a request, and return what it returns, or `otherwise` if it is refused or not answered."""
+    try:
+        return send()
+    except (Refusal, NoAnswer):
+        return otherwise
 
 
 def refusal_code(send: Callable[[], object]) -> str:
@@ -136,17 +146,11 @@ class Cell(Observer):
 
     def mode(self) -> str:
         """Return the controller's mode, or an empty string if it does not reply."""
-        try:
-            return self.bus.ask(topics.STATUS_QUERY, m.Empty(), timeout=1.0).mode
-        except (Refusal, NoAnswer):
-            return ""
+        return answer_or("", lambda: self.bus.ask(topics.STATUS_QUERY, m.Empty(), timeout=1.0).mode)
 
     def library(self) -> list[m.PrimitiveEntry]:
         """Return the planner's library, or an empty list if it does not reply."""
-        try:
-            return self.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=1.0).primitives
-        except (NoAnswer, Refusal):
-            return []
+        return answer_or([], lambda: self.bus.ask(topics.PRIMITIVES, m.Empty(), timeout=1.0).primitives)
 
     # --- faults ---------------------------------------------------------------------------------------
 
@@ -158,10 +162,6 @@ class Cell(Observer):
         """Reset the controller until the arm does not brake; in real time a stall of the machine makes it brake."""
 
         def healthy() -> bool:
-            try:
-                self.bus.ask(topics.RESET, m.Empty())
-            except (Refusal, NoAnswer):
-                return False
-            return not self.state().brake
+            return answer_or(None, lambda: self.bus.ask(topics.RESET, m.Empty())) is not None and not self.state().brake
 
         wait_for(healthy, "the fault to be reset")

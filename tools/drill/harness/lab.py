@@ -1,7 +1,7 @@
 """The environment of scenarios."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -49,9 +49,13 @@ class Lab:
         finally:
             self.steal_monitor.__exit__()
 
-    def cell(self, config: CellConfig) -> AbstractContextManager[Cell]:
-        """Return a context manager that starts a new cell and ends it."""
-        return start_cell(config, self.options, self.folder / f"cell-{next(self._numbers)}")
+    @contextmanager
+    def cell(self, config: CellConfig) -> Iterator[Cell]:
+        """Start a new cell, and end it with the block; in real time, recover its arm from stalls of the start."""
+        with start_cell(config, self.options, self.folder / f"cell-{next(self._numbers)}") as cell:
+            if config.clock == "realtime":
+                cell.recover()
+            yield cell
 
     def shared_cell(self) -> Cell:
         """Begin a run of the shared cell with the arm at rest at home, and return the cell."""

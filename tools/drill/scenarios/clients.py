@@ -41,7 +41,6 @@ def client(cell: Cell, *flags: str) -> Iterator[subprocess.Popen[bytes]]:
 def kill_client(lab: Lab, lease: bool) -> Measured:
     """Kill a client in the middle of its motion."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
         cell.listen(topics.STATUS)
         with client(cell, "--wait", *(["--lease"] if lease else [])) as process:
             cell.wait_status(lambda status: status.mode == "tracking", "the start of the client's motion")
@@ -121,35 +120,34 @@ SCENARIOS = (
     Scenario(
         "client-killed-lease",
         "client with a lease killed",
-        "realtime",
         (
             timed(at_most("time until the stop begins", 300.0, "ms")),
             timed(exactly("outcome of the goal", "canceled")),
             HOLDS,
         ),
         lambda lab: kill_client(lab, lease=True),
+        "realtime",
         "short",
     ),
     Scenario(
         "client-killed",
         "client without a lease killed",
-        "realtime",
         (SUCCEEDS, HOLDS),
         lambda lab: kill_client(lab, lease=False),
+        "realtime",
         "short",
     ),
     Scenario(
         "listeners-stopped",
         "four subscribers to all publications stopped for longer than their session timeout",
-        "realtime",
         (SUCCEEDS, HOLDS),
         stop_listeners,
+        "realtime",
         "short",
     ),
     Scenario(
         "two-clients",
         "goals from three clients, one of which holds a lease",
-        "stepped",
         (
             none("goals accepted from other clients"),
             none("refusals that do not name the lease holder"),

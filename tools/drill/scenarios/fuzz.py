@@ -89,7 +89,6 @@ SCENARIOS = (
     Scenario(
         "fuzz",
         "5,000 mutated messages on all keys (100,000 with --long)",
-        "stepped",
         (
             at_least("messages", MESSAGES),
             at_least("requests refused", 1000),

@@ -81,28 +81,24 @@ SCENARIOS = (
     Scenario(
         "goal-infeasible",
         "an infeasible goal, at every tenth of a motion",
-        "stepped",
         bounds("infeasible"),
         lambda lab: refuse_at_every_tenth(lab.shared_cell(), infeasible),
     ),
     Scenario(
         "goal-outside",
         "a goal outside the range of the joints, at every tenth of a motion",
-        "stepped",
         bounds("limit"),
         lambda lab: refuse_at_every_tenth(lab.shared_cell(), outside),
     ),
     Scenario(
         "plan-late",
         "a plan that arrives too late, at every tenth of a motion",
-        "stepped",
         bounds("late"),
         lambda lab: refuse_at_every_tenth(lab.shared_cell(), late),
     ),
     Scenario(
         "solver-failing",
         "a solver that fails on every program, at every tenth of a motion",
-        "stepped",
         bounds("solver_failed"),
         failing_solver,
     ),

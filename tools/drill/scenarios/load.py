@@ -3,7 +3,7 @@
 import multiprocessing
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 
 from protocol import messages as m
@@ -23,7 +23,8 @@ from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly,
 CLIENTS = 4
 FLOOD_S = 30.0
 IDLE_S = 8.0
-NOISE_S = 10.0
+MOTION_S = 10.0
+"""Duration of the motion under load, s."""
 OVERSIZED_EVERY_S = 0.1
 OVERSIZED_BYTES = topics.EXECUTE.max_bytes
 QUERIES = 10_000
@@ -44,7 +45,6 @@ def flood_goals(endpoint: str, robot: str, home: list[float], seconds: float) ->
 def goals_from_four(lab: Lab) -> Measured:
     """Send goals from four processes as fast as replies come, with at most 16 outstanding in each."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
         cell.listen(topics.STATUS)
         before, memory = measure_ratio(cell, IDLE_S), cell.processes.memory()
         spawn = multiprocessing.get_context("spawn")
@@ -82,57 +82,48 @@ def flood_queries(endpoint: str, robot: str, goal_id: str, count: int) -> Counte
     return Counter(flood.codes)
 
 
-def queries_at_once(lab: Lab) -> Measured:
-    """Send 10,000 `result` queries from four processes, without waiting for replies, during a motion."""
-    with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
+def load_motion(lab: Lab, load: Callable[[Cell, m.GoalReply], Measured], *more: str) -> Measured:
+    """Play a motion of a cell, with `more` services, under load; measure the motion, the processes and the load."""
+    with lab.cell(CellConfig(clock="realtime", services=(*ARM, *more))) as cell:
         before, memory = measure_ratio(cell, IDLE_S), cell.processes.memory()
-        reply = cell.move_aside(10.0)
-        first, arguments = cell.status(), (cell.endpoint, cell.bus.robot, reply.goal_id, QUERIES // CLIENTS)
-        with ProcessPoolExecutor(CLIENTS, mp_context=multiprocessing.get_context("spawn")) as pool:
-            floods = [pool.submit(flood_queries, *arguments) for _ in range(CLIENTS)]
-            answers = sum((flood.result() for flood in floods), Counter())
+        reply, first = cell.move_aside(MOTION_S), cell.status()
+        measured = load(cell, reply)
         during = ratio_since(first, cell)
         result = cell.finish(reply)
-        grown = growth(memory, cell)
+        return {
+            **measured,
+            "outcome of the goal": result.outcome,
+            "peak tracking error": result.peak_tracking_error,
+            **growth(memory, cell),
+            **load_ratios(before, during),
+        }
+
+
+def query_at_once(cell: Cell, reply: m.GoalReply) -> Measured:
+    """Send 10,000 `result` queries from four processes, without waiting for replies."""
+    arguments = cell.endpoint, cell.bus.robot, reply.goal_id, QUERIES // CLIENTS
+    with ProcessPoolExecutor(CLIENTS, mp_context=multiprocessing.get_context("spawn")) as pool:
+        floods = [pool.submit(flood_queries, *arguments) for _ in range(CLIENTS)]
+        answers = sum((flood.result() for flood in floods), Counter())
     return {
-        "queries": QUERIES,
         "queries answered": answers[ACCEPTED],
         "requests refused as `busy`": answers["busy"],
         "queries without a reply": QUERIES - answers[ACCEPTED] - answers["busy"],
-        "outcome of the goal": result.outcome,
-        "peak tracking error": result.peak_tracking_error,
-        **grown,
-        **load_ratios(before, during),
     }
 
 
-def send_oversized_lists(lab: Lab) -> Measured:
-    """Send every request during a motion, with each of its fields in turn replaced by an oversized list."""
-    with lab.cell(CellConfig(clock="realtime", services=(*ARM, "striker"))) as cell:
-        cell.recover()
-        before, memory = measure_ratio(cell, IDLE_S), cell.processes.memory()
-        reply = cell.move_aside(NOISE_S)
-        first, sent, codes = cell.status(), 0, Counter[str]()
-        for query in topics.QUERIES:
-            flood = Flood(cell.bus.session, cell.bus.key(query.key), in_flight=1)
-            for body in oversized_lists(query):
-                flood.send(body)
-                time.sleep(OVERSIZED_EVERY_S)
-            flood.wait()
-            sent += flood.sent
-            codes.update(flood.codes)
-        during = ratio_since(first, cell)
-        result = cell.finish(reply)
-        grown = growth(memory, cell)
-    return {
-        "requests sent": sent,
-        "requests not refused as `bad_message`": sent - codes["bad_message"],
-        "outcome of the goal": result.outcome,
-        "peak tracking error": result.peak_tracking_error,
-        **grown,
-        **load_ratios(before, during),
-    }
+def send_oversized_lists(cell: Cell, _: m.GoalReply) -> Measured:
+    """Send every request, with each of its fields in turn replaced by an oversized list."""
+    sent, codes = 0, Counter[str]()
+    for query in topics.QUERIES:
+        flood = Flood(cell.bus.session, cell.bus.key(query.key), in_flight=1)
+        for body in oversized_lists(query):
+            flood.send(body)
+            time.sleep(OVERSIZED_EVERY_S)
+        flood.wait()
+        sent += flood.sent
+        codes.update(flood.codes)
+    return {"requests sent": sent, "requests not refused as `bad_message`": sent - codes["bad_message"]}
 
 
 def oversized_lists(query: topics.Query) -> Iterator[bytes]:
@@ -143,28 +134,13 @@ def oversized_lists(query: topics.Query) -> Iterator[bytes]:
         yield head + b"\xdd" + count.to_bytes(4, "big") + b"\x90" * count
 
 
-def noise(lab: Lab) -> Measured:
-    """Publish 1 MB/s of random bytes, spread over the keys of all publications, during a motion."""
-    with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
-        before, memory = measure_ratio(cell, IDLE_S), cell.processes.memory()
-        refused = cell.status().cycle.refused
-        reply = cell.move_aside(NOISE_S)
-        with noisy(cell) as sent:
-            during = measure_ratio(cell, NOISE_S - 2.0)
-        result = cell.finish(reply)
-        grown = growth(memory, cell)
-        counted = cell.status().cycle.refused - refused
-        kilobytes = {name: cell.processes.log(name).stat().st_size / 1e3 for name in ("sim", "controller")}
-    return {
-        "noise sent": sent[0] * BODY_BYTES / 1e6,
-        "noise messages counted by the controller": counted,
-        "outcome of the goal": result.outcome,
-        "peak tracking error": result.peak_tracking_error,
-        **grown,
-        "log written": max(kilobytes.values()),
-        **load_ratios(before, during),
-    }
+def publish_noise(cell: Cell, _: m.GoalReply) -> Measured:
+    """Publish 1 MB/s of random bytes, spread over the keys of all publications."""
+    refused = cell.status().cycle.refused
+    with noisy(cell) as sent:
+        time.sleep(MOTION_S - 2.0)
+    counted = cell.status().cycle.refused - refused
+    return {"noise sent": sent[0] * BODY_BYTES / 1e6, "noise messages counted by the controller": counted}
 
 
 def growth(before: Mapping[str, float], cell: Cell) -> Measured:
@@ -183,7 +159,6 @@ SCENARIOS = (
     Scenario(
         "goals-flood",
         "goals from four clients for 30 s, as fast as replies come",
-        "realtime",
         (
             reported("goals sent"),
             reported("goals accepted"),
@@ -194,12 +169,12 @@ SCENARIOS = (
             *LOAD_RATIOS,
         ),
         goals_from_four,
+        "realtime",
         "full",
     ),
     Scenario(
         "queries-flood",
         "10,000 `result` queries at once, from four clients, during a motion",
-        "realtime",
         (
             reported("queries answered"),
             at_least("requests refused as `busy`", 1),
@@ -208,21 +183,21 @@ SCENARIOS = (
             *UNDISTURBED,
             *LOAD_RATIOS,
         ),
-        queries_at_once,
+        lambda lab: load_motion(lab, query_at_once),
+        "realtime",
         "full",
     ),
     Scenario(
         "oversized-lists",
         "ten requests a second of up to 4 MiB during a motion; each field in turn is a list of millions of empty lists",
-        "realtime",
         (reported("requests sent"), none("requests not refused as `bad_message`"), BOUNDED, *UNDISTURBED, *LOAD_RATIOS),
-        send_oversized_lists,
+        lambda lab: load_motion(lab, send_oversized_lists, "striker"),
+        "realtime",
         "full",
     ),
     Scenario(
         "noise",
         "1 MB/s of noise on the keys of all publications during a motion",
-        "realtime",
         (
             at_least("noise sent", 7.0, "MB"),
             at_least("noise messages counted by the controller", 1),
@@ -230,7 +205,8 @@ SCENARIOS = (
             *UNDISTURBED,
             *LOAD_RATIOS,
         ),
-        noise,
+        lambda lab: load_motion(lab, publish_noise),
+        "realtime",
         "full",
     ),
 )

@@ -113,7 +113,6 @@ def start_at_once(lab: Lab) -> Measured:
 def replace_owner(lab: Lab) -> Measured:
     """Stop a controller until its session expires, start a second, and continue the first during a motion."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
         first = cell.services.running["controller"]
         cell.processes.signal("controller", signal.SIGSTOP)
         try:
@@ -156,14 +155,12 @@ SCENARIOS = (
     Scenario(
         "reset-moving",
         "`reset` while the arm moves",
-        "stepped",
         (exactly("refusal codes", "busy"), AS_PLANNED, SUCCEEDS),
         reset_moving,
     ),
     Scenario(
         "learn-planning",
         "`learn` while goals are planned",
-        "stepped",
         (
             none("goals not planned"),
             none("demonstrations not learned"),
@@ -174,21 +171,18 @@ SCENARIOS = (
     Scenario(
         "forget-in-use",
         "`forget` of the primitive of the running motion",
-        "stepped",
         (SUCCEEDS, AS_PLANNED, exactly("refusal code of the next goal for it", "unknown_primitive")),
         forget_in_use,
     ),
     Scenario(
         "second-owner",
         "a second sim, planner and controller for one robot",
-        "stepped",
         (*(exactly(f"exit status of the second {name}", TAKEN) for name in ARM), SUCCEEDS),
         start_twice,
     ),
     Scenario(
         "owners-at-once",
         f"two controllers started at the same instant, {AT_ONCE} times",
-        "stepped",
         (
             exactly("attempts after which one serves", AT_ONCE),
             exactly(f"attempts after which the other exits with {TAKEN}", AT_ONCE),
@@ -198,13 +192,13 @@ SCENARIOS = (
     Scenario(
         "owner-replaced",
         "a controller stopped until its session has expired, replaced by another, then continued",
-        "realtime",
         (
             exactly("exit status of the first", TAKEN),
             timed(at_most("time until the first exits", 1.0, "s")),
             timed(SUCCEEDS),
         ),
         replace_owner,
+        "realtime",
         "full",
     ),
 )

@@ -95,7 +95,6 @@ SCENARIOS = (
     Scenario(
         "planner-killed",
         "planner killed during a strike, a new one started",
-        "stepped",
         (
             exactly("outcome of the goal", "succeeded"),
             none("commands that differ from the plan"),
@@ -108,15 +107,14 @@ SCENARIOS = (
     Scenario(
         "planner-restarted",
         "planner killed during a strike: time until a new one replies",
-        "realtime",
         (timed(at_most("time until the new planner replies", 3.0, "s")), none("primitives lost")),
         kill_in_motion,
+        "realtime",
         "short",
     ),
     Scenario(
         "planner-killed-learning",
         "planner killed at a random instant of `learn`",
-        "realtime",
         (
             exactly("attempts", ATTEMPTS),
             none("libraries with neither version"),
@@ -126,6 +124,7 @@ SCENARIOS = (
             reported("learning time", "ms"),
         ),
         kill_learning,
+        "realtime",
         "full",
     ),
 )

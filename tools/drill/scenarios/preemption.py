@@ -18,27 +18,10 @@ SMOOTH = (
 )
 
 
-class Worst:
-    """The largest values of several motions."""
-
-    def __init__(self) -> None:
-        self.jerk = self.error = self.limits = 0.0
-
-    def add(self, cell: Cell) -> None:
-        """Include the motion of the run so far."""
-        motion = CommandedMotion(cell.commands(), cell.config)
-        # numpy's maximum keeps a NaN, Python's does not
-        self.jerk = float(np.maximum(self.jerk, motion.jerk_used()))
-        self.error = float(np.maximum(self.error, motion.integration_error()))
-        self.limits = float(np.maximum(self.limits, motion.limits_used()))
-
-    def measured(self) -> Measured:
-        """Return the measurements that `SMOOTH` bounds."""
-        return {
-            "largest acceleration step, fraction of the jerk limit": self.jerk,
-            "largest integration error of the positions, fraction of the bound": self.error,
-            "largest command, fraction of its limit": self.limits,
-        }
+def largest(motions: list[CommandedMotion]) -> Measured:
+    """Return the largest values of several motions, which `SMOOTH` bounds; NaN if one of them is NaN."""
+    values = [(motion.jerk_used(), motion.integration_error(), motion.limits_used()) for motion in motions]
+    return dict(zip((bound.reaction for bound in SMOOTH), np.max(values, axis=0).tolist(), strict=True))
 
 
 def strike_into(cell: Cell, tenth: int) -> m.GoalReply:
@@ -51,7 +34,7 @@ def strike_into(cell: Cell, tenth: int) -> m.GoalReply:
 
 def preempt(lab: Lab) -> Measured:
     """Replace a strike by another goal at every tenth."""
-    cell, worst = lab.shared_cell(), Worst()
+    cell, motions = lab.shared_cell(), []
     wrong = failed = 0
     for tenth in TENTHS:
         first = strike_into(cell, tenth)
@@ -59,13 +42,13 @@ def preempt(lab: Lab) -> Measured:
         failed += cell.finish(second).outcome != "succeeded"
         hit = second.start_time >= first.start_time + first.duration
         wrong += cell.result(first.goal_id).outcome != ("succeeded" if hit else "preempted")
-        worst.add(cell)
-    return {"replaced goals with a wrong outcome": wrong, "new goals that failed": failed, **worst.measured()}
+        motions.append(CommandedMotion(cell.commands(), cell.config))
+    return {"replaced goals with a wrong outcome": wrong, "new goals that failed": failed, **largest(motions)}
 
 
 def cancel(lab: Lab) -> Measured:
     """Cancel a strike at every tenth; a plan that is in flight then arrives afterwards."""
-    cell, worst = lab.shared_cell(), Worst()
+    cell, motions = lab.shared_cell(), []
     wrong = moving = 0
     codes = set()
     for tenth in TENTHS:
@@ -78,12 +61,12 @@ def cancel(lab: Lab) -> Measured:
         cell.step_to(cell.ticks(stop.stop_time) + 2)
         wrong += cell.result(reply.goal_id).outcome != "canceled"
         moving += any(cell.commands()[-1].velocities)
-        worst.add(cell)
+        motions.append(CommandedMotion(cell.commands(), cell.config))
     return {
         "canceled goals with a wrong outcome": wrong,
         "refusal codes of the plans in flight": ", ".join(sorted(codes)),
         "references in motion at the stop time": moving,
-        **worst.measured(),
+        **largest(motions),
     }
 
 
@@ -91,14 +74,12 @@ SCENARIOS = (
     Scenario(
         "preempt",
         "a new goal at every tenth of a strike",
-        "stepped",
         (none("replaced goals with a wrong outcome"), none("new goals that failed"), *SMOOTH),
         preempt,
     ),
     Scenario(
         "cancel",
         "a cancel at every tenth of a strike, with a plan in flight",
-        "stepped",
         (
             none("canceled goals with a wrong outcome"),
             exactly("refusal codes of the plans in flight", "superseded"),

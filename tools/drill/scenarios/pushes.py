@@ -152,7 +152,6 @@ SCENARIOS = (
     Scenario(
         "push",
         "a push of 100 rad/s² for 0.2 s during a strike",
-        "stepped",
         (
             at_least("peak tracking error", 0.05, "rad"),
             exactly("outcome of the goal", "succeeded"),
@@ -164,7 +163,6 @@ SCENARIOS = (
     Scenario(
         "recoil",
         "a push of −400 rad/s² for 0.06 s at the hit of a strike",
-        "stepped",
         (
             at_least("peak error of the recoil", 0.3, "rad"),
             at_most("duration of the recoil", 0.4, "s"),
@@ -178,14 +176,12 @@ SCENARIOS = (
     Scenario(
         "saturation",
         "a push of 1000 rad/s² for 0.2 s, more than the torque limits can resist",
-        "stepped",
         (at_least("saturated ticks", 1), exactly("outcome of the goal", "aborted"), *ENDS, NEXT_SUCCEEDS),
         lambda lab: push_in_strike(lab, 1000.0),
     ),
     Scenario(
         "joint-end",
         "joint_1 pushed with 300 rad/s² against the end of its range",
-        "stepped",
         (
             at_least("largest travel beyond the joint range", 1e-3, "rad"),
             at_most("largest travel beyond the joint range", STOP_COMPLIANCE, "rad"),
@@ -197,7 +193,6 @@ SCENARIOS = (
     Scenario(
         "obstacle",
         "a post in the path of the racket",
-        "stepped",
         (
             exactly("outcome of the goal", "aborted"),
             exactly("first contact", "racket with post"),

@@ -28,7 +28,6 @@ def break_recorder(lab: Lab, fault: Callable[[Cell, Path], None], continues: boo
     trace = lab.folder / f"{time.monotonic_ns()}.rrd"
     config = CellConfig(clock="realtime", services=(*ARM, "recorder"), flags={"record": trace})
     with lab.cell(config) as cell:
-        cell.recover()
         time.sleep(1.0)
         before = measure_ratio(cell, WINDOW_S)
         reply = cell.move_aside(12.0)
@@ -108,25 +107,25 @@ SCENARIOS = (
     Scenario(
         "recorder-killed",
         "recorder killed during a motion",
-        "realtime",
         (*BOUNDS, *LOST),
         lambda lab: break_recorder(lab, kill),
+        "realtime",
         "full",
     ),
     Scenario(
         "recorder-stopped",
         "recorder stopped during a motion, continued at its end",
-        "realtime",
         (*BOUNDS, *LOST),
         lambda lab: break_recorder(lab, stop, continues=True),
+        "realtime",
         "full",
     ),
     Scenario(
         "disk-full",
         "the recorder's writes fail during a motion (its file may not grow)",
-        "realtime",
         (*BOUNDS, *LOST),
         lambda lab: break_recorder(lab, fill_disk),
+        "realtime",
         "full",
     ),
 )

@@ -5,8 +5,7 @@ import time
 from contextlib import ExitStack
 
 from protocol import topics
-from protocol.errors import NoAnswer, Refusal
-from tools.drill.harness.cell import Cell
+from tools.drill.harness.cell import Cell, answer_or
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.noise import noisy
 from tools.drill.harness.start import CellConfig
@@ -20,7 +19,6 @@ CONTROLLER_LOGS, PLANNER_LOGS = "the arm fell silent", ("the controller fell sil
 def silence_sim(lab: Lab, number: signal.Signals, separate_router: bool, noise: bool = False) -> Measured:
     """Kill or stop the sim during a motion, optionally with noise, and restart or continue it after 1.5 s."""
     with lab.cell(CellConfig(clock="realtime", separate_router=separate_router)) as cell, ExitStack() as meanwhile:
-        cell.recover()
         refused = cell.status().cycle.refused
         if noise:
             meanwhile.enter_context(noisy(cell, (topics.STATE, topics.STATUS)))
@@ -53,10 +51,7 @@ def silence_sim(lab: Lab, number: signal.Signals, separate_router: bool, noise: 
 
 def outcome(cell: Cell, goal_id: str) -> str:
     """Return the outcome of a goal, or an empty string if the controller does not reply."""
-    try:
-        return cell.result(goal_id).outcome
-    except (NoAnswer, Refusal):
-        return ""
+    return answer_or("", lambda: cell.result(goal_id).outcome)
 
 
 BOUNDS = (
@@ -72,41 +67,41 @@ SCENARIOS = (
     Scenario(
         "sim-killed",
         "sim and its router killed during a motion, restarted",
-        "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGKILL, separate_router=False),
+        "realtime",
         "full",
     ),
     Scenario(
         "sim-killed-alone",
         "sim killed during a motion, router in another process; restarted",
-        "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGKILL, separate_router=True),
+        "realtime",
         "full",
     ),
     Scenario(
         "sim-stopped",
         "sim and its router stopped during a motion, continued",
-        "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=False),
+        "realtime",
         "full",
     ),
     Scenario(
         "sim-stopped-alone",
         "sim stopped during a motion, router in another process; continued",
-        "realtime",
         BOUNDS,
         lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=True),
+        "realtime",
         "full",
     ),
     Scenario(
         "sim-stopped-noise",
         "sim stopped during a motion, router in another process, 1 MB/s of noise as state and status; continued",
-        "realtime",
         (*BOUNDS, at_least("noise messages counted by the controller", 500)),
         lambda lab: silence_sim(lab, signal.SIGSTOP, separate_router=True, noise=True),
+        "realtime",
         "full",
     ),
 )

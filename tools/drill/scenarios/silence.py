@@ -72,7 +72,6 @@ def distance(one: list[float], other: list[float]) -> float:
 def silence_controller(lab: Lab, number: signal.Signals) -> Measured:
     """Kill or stop the controller during a motion; start a new one or continue it; reset."""
     with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
         cell.listen(topics.STATE)
         cell.begin_motion()
         cell.processes.signal("controller", number)
@@ -122,40 +121,26 @@ NO_CONTROLLER = (
 LOST = ", ".join(map(str, LOST_TICKS))
 
 SCENARIOS = (
+    Scenario("loss-states", f"{LOST} states lost during a strike", SHORT_LOSS, lambda lab: lose_few(lab, "state")),
     Scenario(
-        "loss-states", f"{LOST} states lost during a strike", "stepped", SHORT_LOSS, lambda lab: lose_few(lab, "state")
+        "loss-commands", f"{LOST} commands lost during a strike", SHORT_LOSS, lambda lab: lose_few(lab, "command")
     ),
-    Scenario(
-        "loss-commands",
-        f"{LOST} commands lost during a strike",
-        "stepped",
-        SHORT_LOSS,
-        lambda lab: lose_few(lab, "command"),
-    ),
-    Scenario(
-        "silence-states", "20 states lost during a strike", "stepped", LONG_LOSS, lambda lab: lose_many(lab, "state")
-    ),
-    Scenario(
-        "silence-commands",
-        "20 commands lost during a strike",
-        "stepped",
-        LONG_LOSS,
-        lambda lab: lose_many(lab, "command"),
-    ),
+    Scenario("silence-states", "20 states lost during a strike", LONG_LOSS, lambda lab: lose_many(lab, "state")),
+    Scenario("silence-commands", "20 commands lost during a strike", LONG_LOSS, lambda lab: lose_many(lab, "command")),
     Scenario(
         "controller-killed",
         "controller killed during a motion, a new one started",
-        "realtime",
         NO_CONTROLLER,
         lambda lab: silence_controller(lab, signal.SIGKILL),
+        "realtime",
         "short",
     ),
     Scenario(
         "controller-stopped",
         "controller stopped during a motion for a second, then continued",
-        "realtime",
         NO_CONTROLLER,
         lambda lab: silence_controller(lab, signal.SIGSTOP),
+        "realtime",
         "full",
     ),
 )

@@ -24,7 +24,6 @@ def soak(lab: Lab) -> Measured:
     """
     seconds = LONG_SECONDS if lab.long else SECONDS
     with lab.cell(CellConfig(clock="realtime")) as cell:
-        cell.recover()
         began, first = time.monotonic(), cell.state()
         goals = accepted = wrong_times = 0
         faults: Counter[bool] = Counter()
@@ -63,7 +62,6 @@ SCENARIOS = (
     Scenario(
         "soak",
         "four goals a second for ten minutes (an hour with --long)",
-        "realtime",
         (
             at_least("goals sent", 2000),
             at_most("goals refused", 24),
@@ -77,6 +75,7 @@ SCENARIOS = (
             none("processes that exited"),
         ),
         soak,
+        "realtime",
         "full",
     ),
 )

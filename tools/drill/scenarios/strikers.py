@@ -67,7 +67,6 @@ SCENARIOS = (
     Scenario(
         "striker-killed",
         "striker killed during a swing, a new one started",
-        "paced",
         (
             exactly("outcome of the swing", "succeeded"),
             none("faults"),
@@ -76,6 +75,7 @@ SCENARIOS = (
             exactly("phase of the new striker's next strike", "planned"),
         ),
         kill_in_swing,
+        "paced",
         "full",
     ),
 )

@@ -1,4 +1,4 @@
-"""Decide whether a motion can keep its limits in a duration, with what earlier decisions of other durations found."""
+"""Check whether a motion can keep its limits in a duration, with what the checks of other durations found."""
 
 from dataclasses import dataclass, field
 
@@ -16,36 +16,45 @@ from motion.request import MotionRequest
 
 
 @dataclass(slots=True, eq=False)
-class Judge:
-    """Decisions on one motion in several durations.
+class FeasibilityCheck:
+    """Checks of one motion in several durations.
 
-    final: as returned by `arriving`. effort: of all decisions together. active: of each joint, the rows with a
-    multiplier in the last feasible duration. contradictions: rows that contradicted each other in the last infeasible
-    duration, by joint.
+    final: as returned by `arriving`. effort: of all checks together. order: the joints, those that failed last first.
+    active: of each joint, the rows with a multiplier in the last feasible duration. contradictions: rows that
+    contradicted each other in the last infeasible duration, by joint.
     """
 
     primitive: Primitive
     final: np.ndarray
     effort: Effort
     precision: Precision = USUAL
+    order: list[int] = field(init=False)
     active: list[np.ndarray] = field(init=False)
     contradictions: dict[int, InfeasibleRows] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.order = list(range(self.primitive.joint_count))
         self.active = [NO_ROWS] * self.primitive.joint_count
         if self.primitive.basis_count <= MANY_FUNCTIONS:
             self.precision = UNIMITATING
 
-    def failing(self, request: MotionRequest, joints: list[int], most: float) -> int | None:
-        """Return one of the `joints` that fails in a duration, None if all can be planned.
+    def passes(self, request: MotionRequest, most: float) -> bool:
+        """Return whether all joints can be planned in a duration; each may take an effort of `most`.
 
-        The first one is tried alone; each may take an effort of `most`. Raises OutOfTime if `effort` is spent.
+        The joint that failed last is tried first and alone. Raises OutOfTime if `effort` is spent.
         """
+        failing = self._failing(request, most)
+        if failing is not None:
+            self.order.remove(failing)
+            self.order.insert(0, failing)
+        return failing is None
+
+    def _failing(self, request: MotionRequest, most: float) -> int | None:
         try:
             problem = self._problem(request)
         except (LimitExceeded, InfeasibleRows) as failure:
             return failure.joint
-        for group in filter(None, (joints[:1], joints[1:])):
+        for group in filter(None, (self.order[:1], self.order[1:])):
             self.effort.spend(group[0], CHECK * len(group))
             try:
                 with self.effort.share(most * len(group)) as share:
