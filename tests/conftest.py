@@ -1,9 +1,27 @@
-"""One thread for linear algebra, as in the services: several threads on a busy machine wait minutes for each other."""
+"""One thread for linear algebra, as in the services, and long tests first.
+
+Several threads of linear algebra on a busy machine wait minutes for each other.
+"""
 
 import gc
 import os
 
+import pytest
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy reads it when it is loaded
+
+LONG = ("tests/system/", "tests/unit/experiments/", "tests/property/")
+"""Folders whose files take longest. They run first, so that no process ends long after the others."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Move the files of `LONG` to the front; pytest-xdist hands out files in this order."""
+    items.sort(key=_rank)
+
+
+def _rank(item: pytest.Item) -> int:
+    path = item.path.as_posix()
+    return next((rank for rank, folder in enumerate(LONG) if folder in path), len(LONG))
 
 
 def pytest_collection_finish() -> None:

@@ -17,7 +17,7 @@ from protocol import topics
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import SERVICE, open_session
 from protocol.codec import decode
-from protocol.errors import Refusal
+from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
 from services.common.cli import Options
 from services.common.logs import LogForm
@@ -54,6 +54,13 @@ class Stack(Cell):
             self.services.start(name)
         self.services.wait_ready(self.bus)
         wait_for_controller(self)
+
+    def answers(self) -> bool:
+        """Return whether planner, controller and sim each answer a request that reads."""
+        try:
+            return bool(self.state() and self.status() and self.bus.ask(topics.PRIMITIVES, m.Empty()))
+        except NoAnswer:
+            return False
 
     def cancel(self, goal_id: str | None = None) -> m.Canceled:
         """Stop the motion."""
@@ -120,3 +127,14 @@ class Reference(commanded.CommandedMotion):
         assert np.all(self.positions <= limits.positions[:, 1] + 1e-6)
         assert np.all(np.abs(self.velocities) <= limits.velocities * (1 + 1e-6))
         assert np.all(np.abs(self.accelerations) <= limits.accelerations * (1 + 1e-6))
+
+
+def check_end(stack: Stack, reply: m.GoalReply) -> None:
+    """Check that the motion is played smoothly, inside the limits, to the end that the reply names."""
+    assert stack.finish(reply).outcome == "succeeded"
+    played = Reference(stack.commands())
+    played.check_smooth()
+    played.check_limits()
+    at = stack.ticks(reply.start_time + reply.duration)
+    assert np.abs(played.positions[at] - reply.positions).max() < 1e-9
+    assert np.abs(played.velocities[at] - reply.velocities).max() < 1e-8

@@ -58,7 +58,7 @@ def test_costs_of_plans_are_those_of_optima() -> None:
     The optimum keeps its limits at 4001 instants alone, so no plan can cost less.
     """
     ratios = {}
-    for seed in range(200):
+    for seed in range(100):
         primitive, request, afresh = drawn(seed)
         planned = answer(primitive, request)
         try:
@@ -67,7 +67,7 @@ def test_costs_of_plans_are_those_of_optima() -> None:
             continue
         if isinstance(planned, SplinePlan) and best is not None:
             ratios[seed] = afresh.cost(afresh.weights_of(planned)) / afresh.cost(best)
-    assert len(ratios) > 160
+    assert len(ratios) > 80
     assert min(ratios.values()) > 1 - 1e-6
     median, worst = np.median(list(ratios.values())), max(ratios, key=lambda seed: ratios[seed])
     assert median < MEDIAN, f"median {median}, worst {ratios[worst]} of seed {worst}"

@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from client import Refusal, connect_async
 from protocol import messages as m
 from protocol.topics import ENDED, alive_key
-from tests.golden.examples import EXAMPLES, HIT
+from tests.golden.examples import EXAMPLES
 from tests.golden.examples import RESULT as GOOD
+from tests.golden.values import HIT
 from tests.waiting import PATIENCE_S, eventually
 
 RUNNING = m.Result(goal_id="forehand-7", outcome="running")

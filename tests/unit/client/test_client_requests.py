@@ -13,7 +13,8 @@ from client.requests import Requests
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.topics import QUERIES
-from tests.golden.examples import EXAMPLES, HIT, PIECES
+from tests.golden.examples import EXAMPLES
+from tests.golden.values import HIT, PIECES
 
 DEMONSTRATION = np.array([[1.0, 2.0], [3.0, 4.0]])
 LEARN = m.Learn(

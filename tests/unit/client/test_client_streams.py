@@ -10,7 +10,8 @@ from client import AsyncStream, Refusal, StreamEnded, connect, connect_async, sa
 from client.mailboxes import AwaitedMailbox, BlockingMailbox
 from client.twofold import run
 from protocol import messages as m
-from tests.golden.examples import EXAMPLES, SAMPLES, TRAJECTORY
+from tests.golden.examples import EXAMPLES
+from tests.golden.values import SAMPLES, TRAJECTORY
 from tests.waiting import PATIENCE_S, eventually
 
 

@@ -15,7 +15,7 @@ from protocol.bus.sessions import CLIENT, SERVICE, open_session
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import NotReady
-from tests.golden.examples import STATUS
+from tests.golden.values import STATUS
 from tests.waiting import PATIENCE_S
 
 

@@ -51,7 +51,7 @@ class PerfectArm:
 
 
 def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fields: object) -> m.Trajectory:
-    """Return a push of 40 rad/s² on the first joint for 200 ticks with soft ends, the hit at 200, and a stop."""
+    """Return a push of 10 rad/s² on the first joint for 200 ticks with soft ends, the hit at 200, and a stop."""
     reference = controller.reference(m.ReferenceRequest(lead=0.0))
     origin = np.array(reference.positions)
     shape = np.clip(np.minimum(np.arange(201), 200 - np.arange(201)) / 20.0, 0.0, 1.0)

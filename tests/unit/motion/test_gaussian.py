@@ -1,6 +1,5 @@
 """The paper's formulation: its optimum compared with CVXOPT, limits and report of its plans, and refusals."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +13,11 @@ from motion.plan import plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
 from motion.sampled import check_limits
-
-Ask = Callable[..., MotionRequest]
+from tests.unit.motion.asking import FREE, Ask
 
 TOLERANCE = 1e-7
 """Violations up to this part of a limit's range are within the solver's tolerance."""
 
-FREE = np.full(1, np.nan)
 CASES: dict[str, dict] = {
     "fig. 2": {"start": (0.5, -1.0), "goal": (1.0, 5.0), "duration": 0.8},
     "fig. 3": {"goal": (-1.0, 10.0), "tail": "coast"},

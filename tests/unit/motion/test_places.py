@@ -1,6 +1,5 @@
 """The place term of the cost, weighted by the spread of several recordings."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +14,6 @@ from motion.primitive import Primitive, learn
 from motion.program.imitation import place_weights
 from motion.program.problem import PLACE_TIME
 from motion.request import Boundary, MotionRequest, Waypoint
-
-Ask = Callable[..., MotionRequest]
 
 DURATION = 4.0
 TIMES = np.linspace(0, DURATION, 401)

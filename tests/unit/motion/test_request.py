@@ -1,14 +1,12 @@
 import pickle
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, SolverFailed
 from motion.limits import Limits
-from motion.request import MotionRequest, Waypoint
-
-Ask = Callable[..., MotionRequest]
+from motion.request import Waypoint
+from tests.unit.motion.asking import Ask
 
 
 def waypoint(time: float, position: float = 0.0, velocity: float = np.nan) -> Waypoint:

@@ -9,7 +9,8 @@ from rich.console import Console, RenderableType
 from protocol import messages as m
 from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, STATUS
-from tests.golden.examples import EXAMPLES, JOINTS, REPORT, RESULT
+from tests.golden.examples import EXAMPLES
+from tests.golden.values import JOINTS, REPORT, RESULT
 from tools.shell.show import show
 from tools.shell.tables import cell
 from tools.shell.watch import WATCHED, View, event, render

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from robot.striking.estimator import Belief, Estimator, NoBall
-from robot.striking.flight import Ball, Court, Surface
+from robot.striking.flight import Air, Ball, Court, Surface
+from robot.striking.learning import left_with
 
 BALL = Ball(0.057, 0.033, drag=0.02, step=0.001)
 COURT = Court(Surface(0.0, 0.75, tangential=0.8, dwell=0.004, spread=0.0))
@@ -106,3 +107,14 @@ def test_wind_is_estimated_from_sights():
         estimator.observe(time, np.array([0, 0, 5.0]) + np.array([2.0, 0, 0]) * time + fall * time**2 / 2)
     assert estimator.estimate is not None
     assert estimator.estimate.mean[6:9] == pytest.approx(wind, abs=0.02)
+
+
+def test_the_outgoing_velocity_is_estimated_from_sights():
+    ball = Ball(0.057, 0.033, step=0.001)
+    times = np.arange(0.02, 0.12, 0.01)
+    fall = np.array([0, 0, -9.81]) * (times * (times + ball.step) / 2)[:, None]
+    seen = np.array([1.0, 0, 1.0]) + times[:, None] * np.array([5.0, 1.0, 3.0]) + fall
+    found = left_with((times + 2.0).tolist(), seen, 2.0, ball, Air())
+    assert found is not None
+    assert found[0] == pytest.approx([5.0, 1.0, 3.0], abs=1e-6)
+    assert left_with([2.1], seen[:1], 2.0, ball, Air()) is None

@@ -1,3 +1,5 @@
+"""Hits of a ball: the contact law with the arm's recoil, and the choice and correction of a hit."""
+
 from dataclasses import replace
 from pathlib import Path
 
@@ -6,17 +8,15 @@ import pytest
 
 from motion.tracking import tracking_acceleration
 from robot.description import load_robot
-from robot.kinematics import Kinematics
 from robot.striking.arm import Arm, Racket
 from robot.striking.calibration import calibrate
-from robot.striking.chain import Chain
 from robot.striking.choice import NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.corrections import Corrections
 from robot.striking.estimator import Belief, Estimator
-from robot.striking.flight import Air, Ball, Court, Surface
-from robot.striking.learning import Learner, LearningError, left_with, read, write
+from robot.striking.flight import Ball, Court, Surface
+from robot.striking.learning import Learner, LearningError, read, write
 from robot.striking.options import Options
 from robot.striking.reachability import Reachability
 from robot.striking.recoil import GOES_ON_S, Recoil
@@ -70,18 +70,6 @@ def path_of(*ball, **kwargs):
 
 def rest(config, time=0.02):
     return State(time, config.home, np.zeros(6), np.zeros(6))
-
-
-def test_vectorised_kinematics_agree_with_mujocos(config):
-    postures = np.random.default_rng(0).uniform(*config.limits.positions.T, size=(20, 6))
-    positions, normals, by_joints = Chain(config).jacobians(postures)
-    own = Kinematics(config)
-    for k, posture in enumerate(postures):
-        place, turn = own.tool_pose(posture)
-        assert positions[k] == pytest.approx(place, abs=1e-9)
-        assert normals[k] == pytest.approx(turn[:, 2], abs=1e-9)
-        speeds = np.arange(6.0)
-        assert by_joints[k, :3] @ speeds == pytest.approx(own.tool_velocity(posture, speeds), abs=1e-9)
 
 
 def test_the_racket_velocity_inverts_the_contact_law(arm, table):
@@ -299,13 +287,3 @@ def test_observed_hits_correct_a_wrong_contact_law_which_is_saved(config, choose
     file.write_text("{}")
     with pytest.raises(LearningError, match="delete it"):
         read(file, "arm")
-
-
-def test_the_outgoing_velocity_is_estimated_from_sights():
-    times = np.arange(0.02, 0.12, 0.01)
-    fall = np.array([0, 0, -9.81]) * (times * (times + BALL.step) / 2)[:, None]
-    seen = np.array([1.0, 0, 1.0]) + times[:, None] * np.array([5.0, 1.0, 3.0]) + fall
-    found = left_with((times + 2.0).tolist(), seen, 2.0, BALL, Air())
-    assert found is not None
-    assert found[0] == pytest.approx([5.0, 1.0, 3.0], abs=1e-6)
-    assert left_with([2.1], seen[:1], 2.0, BALL, Air()) is None
