@@ -161,6 +161,15 @@ def test_files_without_joint_positions_are_refused(tmp_path: Path):
     assert "no topic of sensor_msgs/msg/JointState; it has /chatter" in refusal(tmp_path / "bag")
 
 
+def test_positions_that_are_text_are_refused(tmp_path: Path):
+    positions = np.zeros((20, 3)).astype("S8")
+    np.savez(tmp_path / "text.npz", qpos=positions)
+    with h5py.File(tmp_path / "text.hdf5", "w") as file:
+        file["obs/qpos"] = positions
+    for name, array in (("text.npz", "qpos"), ("text.hdf5", "obs/qpos")):
+        assert f"{array}, (20, 3), has text, not numbers; save it as an array of float" in refusal(tmp_path / name)
+
+
 def test_tool_poses_are_refused_with_a_pointer_to_the_example(tmp_path: Path):
     remedy = "examples/tool_poses.py computes joint positions from poses"
     np.savez(tmp_path / "demo.npz", ee_pose=np.zeros((50, 7)), t=np.arange(50))
