@@ -1,13 +1,12 @@
 """Read a trace into arrays, one for each entity; docs/trace.md lists the entities."""
 
-import shutil
 import struct
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -18,6 +17,7 @@ TIMELINES = ("sim_time", "tick", "wall")
 FILE_HEADER_BYTES = 12
 MESSAGE_HEADER = struct.Struct("<QQ")
 """Kind and length, bytes, of a message in the file."""
+COPIED_BYTES = 2**20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,11 +107,20 @@ def read_chunks(path: Path, *, static: bool = False) -> Iterator[Chunk]:
         RuntimeError, ValueError: Rerun cannot read the complete messages.
     """
     with TemporaryDirectory() as directory:
+        copy = Path(directory) / path.name
         try:
-            stream = _open(path)
-        except RuntimeError:
-            stream = _open(_without_incomplete_message(path, Path(directory)))
-        yield from (chunk for chunk in stream if static or not chunk.is_static)
+            yield from (chunk for chunk in _opened(path, copy) if static or not chunk.is_static)
+        except RuntimeError as error:
+            raise RuntimeError(str(error).replace(str(copy), str(path))) from None
+
+
+def _opened(path: Path, copy: Path) -> LazyChunkStream:
+    """Open a file, or if it cannot be read as a whole, a copy of its complete messages."""
+    try:
+        return _open(path)
+    except RuntimeError:
+        _copy_complete_messages(path, copy)
+        return _open(copy)
 
 
 def count_recordings(path: Path) -> int:
@@ -130,22 +139,26 @@ def _open(path: Path) -> LazyChunkStream:
         return RrdReader(path).stream()
 
 
-def _without_incomplete_message(path: Path, directory: Path) -> Path:
-    """Copy a file into a directory, up to the end of its last complete message, and return the copy."""
-    copy = directory / path.name
-    shutil.copyfile(path, copy)
-    size, end, following = copy.stat().st_size, 0, FILE_HEADER_BYTES
-    with copy.open("r+b") as file:
-        while following <= size:
-            end = following
-            file.seek(end)
-            header = file.read(MESSAGE_HEADER.size)
-            if len(header) < MESSAGE_HEADER.size:
-                break
-            _, length = MESSAGE_HEADER.unpack(header)
-            following = end + MESSAGE_HEADER.size + length
-        file.truncate(end)
-    return copy
+def _copy_complete_messages(path: Path, copy: Path) -> None:
+    """Copy a file up to the end of its last complete message."""
+    with path.open("rb") as file, copy.open("wb") as beginning:
+        remaining = _end_of_messages(file, path.stat().st_size)
+        file.seek(0)
+        while remaining > 0 and (block := file.read(min(remaining, COPIED_BYTES))):
+            beginning.write(block)
+            remaining -= len(block)
+
+
+def _end_of_messages(file: BinaryIO, size: int) -> int:
+    """Return the position after the last complete message; an empty message, as in a file of zeros, ends them."""
+    end = FILE_HEADER_BYTES
+    while end + MESSAGE_HEADER.size <= size:
+        file.seek(end)
+        _, length = MESSAGE_HEADER.unpack(file.read(MESSAGE_HEADER.size))
+        if not length or end + MESSAGE_HEADER.size + length > size:
+            break
+        end += MESSAGE_HEADER.size + length
+    return min(end, size)
 
 
 def _join(pieces: list[tuple[dict[str, np.ndarray], list[list[Any]]]]) -> Column:

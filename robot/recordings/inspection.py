@@ -1,6 +1,7 @@
 """Warnings about a recording and the primitive learned from it, in sentences."""
 
 from collections.abc import Iterator, Sequence
+from typing import SupportsFloat
 
 import numpy as np
 from scipy.special import stdtrit
@@ -108,11 +109,16 @@ def gaps(demonstration: Demonstration, primitive: Primitive) -> Iterator[str]:
         yield filled_gaps(demonstration.times, rows)
 
 
+def spoken_time(time: SupportsFloat) -> str:
+    """Return a time of a recording, s, to the millisecond and as in the file, where the reader looks for it."""
+    return f"{round(float(time), 3):.12g} s"
+
+
 def filled_gaps(times: np.ndarray, rows: np.ndarray) -> str:
     """Return a sentence about the gaps after the samples `rows`; times: (n,), s."""
-    steps, since = np.diff(times), times - times[0]
+    steps = np.diff(times)
     longest = sorted(rows[np.argsort(-steps[rows], kind="stable")][:LISTED].tolist())
-    listed = ", ".join(f"{steps[row]:.3g} s after {since[row]:.3g} s" for row in longest)
+    listed = ", ".join(f"{steps[row]:.3g} s after {spoken_time(times[row])}" for row in longest)
     rest = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
     return f"samples are missing and the spline fills the gaps: {listed}{rest}"
 

@@ -63,6 +63,14 @@ def too_short(found: Mapping[str, Matrix]) -> str | None:
     return f"{names[0]} has {samples}, {shape}; a movement needs at least {MIN_SAMPLES}"
 
 
+def texts(found: Mapping[str, Matrix]) -> str | None:
+    """Return a sentence about a matrix of joint positions that are text instead of numbers; or None."""
+    written = {name: array for name, array in found.items() if array.dtype.kind in "SUO" and len(array.shape) in (2, 3)}
+    if not (names := most_likely(written)):
+        return None
+    return f"{names[0]}, {written[names[0]].shape}, has text, not numbers; save it as an array of float"
+
+
 def transposed(found: Mapping[str, Matrix], name: str, shape: tuple[int, ...]) -> str | None:
     """Return a sentence about a matrix with one column a sample, by an array of as many times; otherwise None."""
     rows, columns = shape[-2:]

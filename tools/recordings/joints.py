@@ -16,6 +16,8 @@ class Mismatch(Exception):
 
 DIGITS = "0123456789"
 
+OTHER_ROBOT = "name the other robot (--robot NAME; inspect: --robot-config FILE)"
+
 NAMED = 8
 """Largest number of columns or joints that a sentence names."""
 
@@ -176,8 +178,7 @@ def _refuse_another_robot(columns: Sequence[str], found: Mapping[str, int], chos
         raise Mismatch(
             f"its joints are another robot's: {listed(more, NAMED)} is not among the robot's joints, "
             f"{listed([*found], NAMED)}; "
-            "name the other robot (--robot NAME; inspect: --robot-config FILE), or choose columns with --map "
-            "THEIRS=OURS"
+            f"{OTHER_ROBOT}, or choose columns with --map THEIRS=OURS"
         )
 
 
@@ -225,10 +226,15 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
     free = [column for index, column in enumerate(columns) if index not in found.values()]
     if not found and names.are_poses(columns):
         return f"it {names.ONLY_POSES.format(listed(columns, NAMED))}"
-    which = "other columns" if found and free else "columns"
+    if not free:
+        return (
+            f"its joints are another robot's: it has no column for {listed(missing, NAMED)}, and all its columns, "
+            f"{listed(columns, NAMED)}, are other joints; {OTHER_ROBOT}"
+        )
     return (
-        f"it has no column for {listed(missing, NAMED)}; its {which} are {listed(free or columns, NAMED)}, "
-        f"the robot has {len(joints)} joints; name them with --map {_family_map(free or columns, missing)} …"
+        f"it has no column for {listed(missing, NAMED)}; its {'other ' if found else ''}columns are "
+        f"{listed(free, NAMED)}, the robot has {len(joints)} joints; name them with "
+        f"--map {_family_map(free, missing)} …"
     )
 
 

@@ -1,5 +1,6 @@
 """Preview the learning of a recording: the fitted spline, and the motion that imitates it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,7 @@ def preview(raw: Recording, examination: Examination, robot: Robot | None, smoot
     try:
         imitated = plan(primitive, _default_request(primitive, robot)).sample(since).positions
     except MotionError as error:
-        refusal = str(error)
+        refusal = _with_joint_name(error, recording.columns)
     fitted = primitive.positions(since / primitive.duration)
     return Preview(raw, examination, primitive, recording.times[0] + since, fitted, imitated, refusal)
 
@@ -66,3 +67,9 @@ def _default_request(primitive: Primitive, robot: Robot | None) -> MotionRequest
     goal = Boundary(primitive.goal.positions, primitive.goal.velocities, free)
     limits = robot.limits if robot else Limits.unlimited(primitive.joint_count)
     return MotionRequest(start, goal, primitive.duration, limits, tail="stop" if robot else "coast")
+
+
+def _with_joint_name(error: MotionError, joints: Sequence[str]) -> str:
+    """Return the sentence of an error, which numbers its joint, with the joint's name."""
+    number: int | None = getattr(error, "joint", None)
+    return str(error) if number is None or not joints else str(error).replace(f"joint {number}", joints[number], 1)

@@ -82,7 +82,7 @@ def write_mcap(recording: Recording, output: Path) -> None:
             connection = bag.add_connection(TOPIC, JOINT_STATE, typestore=store)
             for time, row in zip(recording.times, recording.values, strict=True):
                 stamp = round(time * NS)
-                message = _joint_state(store.types, recording.columns, row, stamp)
+                message = _joint_state(store.types, recording.columns, np.ascontiguousarray(row), stamp)
                 bag.write(connection, stamp, store.serialize_cdr(message, JOINT_STATE))
         (written,) = directory.glob("*.mcap")
         shutil.copyfile(written, output)

@@ -161,6 +161,15 @@ def test_files_without_joint_positions_are_refused(tmp_path: Path):
     assert "no topic of sensor_msgs/msg/JointState; it has /chatter" in refusal(tmp_path / "bag")
 
 
+def test_positions_that_are_text_are_refused(tmp_path: Path):
+    positions = np.zeros((20, 3)).astype("S8")
+    np.savez(tmp_path / "text.npz", qpos=positions)
+    with h5py.File(tmp_path / "text.hdf5", "w") as file:
+        file["obs/qpos"] = positions
+    for name, array in (("text.npz", "qpos"), ("text.hdf5", "obs/qpos")):
+        assert f"{array}, (20, 3), has text, not numbers; save it as an array of float" in refusal(tmp_path / name)
+
+
 def test_tool_poses_are_refused_with_a_pointer_to_the_example(tmp_path: Path):
     remedy = "examples/tool_poses.py computes joint positions from poses"
     np.savez(tmp_path / "demo.npz", ee_pose=np.zeros((50, 7)), t=np.arange(50))
@@ -186,7 +195,8 @@ def test_one_of_several_episodes_must_be_chosen(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "magic", [b"", b"t,a\n0,1\n", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n"]
+    "magic",
+    [b"", b"t,a\n0,1\n", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n", b"RRF2"],
 )
 def test_a_file_of_2_gib_is_refused_without_reading_it(tmp_path: Path, magic: bytes):
     path = tmp_path / "huge"
@@ -195,6 +205,13 @@ def test_a_file_of_2_gib_is_refused_without_reading_it(tmp_path: Path, magic: by
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert "2048 MiB" in refusal(path)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+
+
+def test_a_damaged_rerun_file_is_named_by_its_own_path(tmp_path: Path):
+    """Its complete messages are copied to a temporary file, which does not appear in the sentence."""
+    path = tmp_path / "log.rrd"
+    path.write_bytes(b"RRF2" + bytes(1000))
+    assert f"at {path}:" in refusal(path)
 
 
 def test_more_than_a_million_samples_are_refused(tmp_path: Path):

@@ -12,6 +12,7 @@ from experiments.doctor.clean import shipped, synthetic
 from experiments.doctor.mutations import MUTATIONS, Mutation
 from motion.limits import Limits
 from tools.recordings.doctor import Arm, Examination, examine
+from tools.recordings.preview import preview
 from tools.recordings.recording import Recording, Unit
 
 FILES = 4
@@ -183,3 +184,19 @@ def test_a_short_rest_before_a_fast_start_is_a_rest() -> None:
     since = np.clip(np.linspace(0, 3, 3001) - 0.08, 0, None)[:, None] / 0.3
     values = np.array([1.9, -1.2]) * (1 - np.exp(-since) * (1 + since))
     assert "begins moving" not in sentences(examine(recording(values, 1000.0), ARM))
+
+
+def test_sentences_name_the_times_of_the_file_also_after_a_rest_was_trimmed() -> None:
+    values = np.concatenate([np.zeros((100, 2)), swing()])
+    values[150:230, 1] = values[150, 1]
+    raw = recording(values)
+    keep = np.r_[:260, 290 : len(values)]
+    said = sentences(examine(replace(raw, times=raw.times[keep], values=values[keep]), ARM))
+    assert "nothing moves for 1" in said
+    assert "0.31 s after 2.59 s" in said
+    assert "rad for 0.79 s from 1.5 s on" in said
+
+
+def test_a_preview_names_the_joint_that_prevents_playing() -> None:
+    raw = recording(5 * swing())
+    assert preview(raw, examine(raw, ARM), ARM).refusal.startswith("shoulder: the requested position 4 rad")

@@ -14,9 +14,9 @@ from tools.shell.__main__ import main
 
 
 def played(times: np.ndarray) -> Recording:
-    """Return a motion as read from a trace, with numbers that use the whole mantissa."""
+    """Return a motion with numbers that use the whole mantissa, stored by columns, as after columns were chosen."""
     values = np.stack([np.interp(times, others.TIMES, column) for column in others.movement().T], axis=1) + 1 / 3
-    return Recording(times, others.JOINTS, values, "rad", Path("trace.rrd"), "forehand-1", True)
+    return Recording(times, others.JOINTS, np.asfortranarray(values), "rad", Path("trace.rrd"), "forehand-1", True)
 
 
 @pytest.mark.parametrize("ending", WRITERS)

@@ -76,6 +76,11 @@ def test_a_mapping_overrides_names():
         (("joint_1", "joint_2"), {}, "no column for joint_3"),
         (("base", "joint_2", "joint_3"), {}, "no column for joint_1; its other columns are base, the robot has"),
         (("joint_1", "joint_2", "joint_3", "joint_4"), {}, "another robot's: joint_4 is not among the robot's"),
+        (
+            ("joint_1", "joint_2"),
+            {},
+            "no column for joint_3, and all its columns, joint_1, joint_2, are other joints; name",
+        ),
         (("x_joint_1", "y_joint_1", "joint_2", "joint_3"), {}, "2 columns can be joint_1: x_joint_1 and y_joint_1"),
         (("joint_1", "joint_1", "joint_2", "joint_3"), {}, "2 columns are named joint_1; rename or delete one"),
         (("a", "b", "c"), {"d": "joint_1"}, "--map d=joint_1: there is no column 'd'; there are a, b, c"),

@@ -4,6 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.rosbag1 import Writer as BagWriter
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Bag2Writer
+from rosbags.typesys import Stores, get_typestore
 
 from benchmarks.learning import DEMOS
 from examples import tool_poses
@@ -17,6 +21,7 @@ from tests.unit.recordings.playing import HOUSEHOLD, play, relative_deviation
 from tools.recordings import readers
 from tools.recordings.doctor import examine
 from tools.recordings.learning import in_radians, load
+from tools.recordings.readers.ros import NS
 from tools.recordings.recording import Unreadable
 
 HERE = Path(__file__).parent
@@ -36,6 +41,32 @@ def test_files_of_other_programs_are_learned_and_played(tmp_path: Path, name: st
     assert recording.times == pytest.approx(writers.TIMES[::every], abs=1e-6)
     assert recording.values == pytest.approx(writers.movement()[::every], abs=1e-6)
     assert relative_deviation(play(recording, ARM), recording.values).max() < 1
+
+
+@pytest.mark.parametrize("storage", [None, StoragePlugin.SQLITE3, StoragePlugin.MCAP])
+def test_each_topic_of_a_bag_is_listed_with_its_own_duration(tmp_path: Path, storage: StoragePlugin | None):
+    """Two arms' topics of 0.9 s and 1.9 s; another topic lasts 40 s, so that the bag does."""
+    store = get_typestore(Stores.ROS1_NOETIC if storage is None else Stores.ROS2_HUMBLE)
+    serialize = store.serialize_ros1 if storage is None else store.serialize_cdr
+    opened = (
+        BagWriter(tmp_path / "bag")
+        if storage is None
+        else Bag2Writer(tmp_path / "bag", version=9, storage_plugin=storage)
+    )
+    with opened as bag:
+        text = bag.add_connection("/chatter", "std_msgs/msg/String", typestore=store)
+        for second in (-20, 20):
+            word = store.types["std_msgs/msg/String"](data="x")
+            bag.write(text, writers.START_NS + second * NS, serialize(word, "std_msgs/msg/String"))
+        for topic, samples in (("/left", 10), ("/right", 20)):
+            states = bag.add_connection(topic, writers.JOINT_STATE, typestore=store)
+            for sample in range(samples):
+                stamp = writers.START_NS + sample * NS // 10
+                message = writers.joint_state(store, ("joint_1",), np.zeros(1), stamp, ros1=storage is None)
+                bag.write(states, stamp + 400_000, serialize(message, writers.JOINT_STATE))
+    found = [(one.name, one.samples, one.duration) for one in readers.episodes(tmp_path / "bag")]
+    assert found == [("/left", 10, pytest.approx(0.9)), ("/right", 20, pytest.approx(1.9))]
+    assert readers.episodes(tmp_path / "bag", rate=19.0)[1].duration == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("folder", ["lerobot_v2", "lerobot_v3"])

@@ -144,6 +144,13 @@ def test_an_incomplete_last_line_is_left_out(tmp_path: Path):
     )
 
 
+@pytest.mark.parametrize("end", ["0", "0.7", "0.7,", "0.7,5,6e", "0.7,5,6.5e-"])
+def test_a_last_line_that_is_cut_off_anywhere_is_left_out(tmp_path: Path, end: str):
+    recording = table(tmp_path, f"t,q1,q2\n0,1,2\n0.5,3,4\n{end}")
+    assert recording.values.tolist() == [[1, 2], [3, 4]]
+    assert recording.notes[0].startswith("the last line is truncated and was left out (line 4 ")
+
+
 def test_a_matrix_without_names_is_read_with_or_without_a_column_of_times(tmp_path: Path):
     path = tmp_path / "demo.npy"
     np.save(path, np.array([[1, 2], [3, 4], [5, 6]]))

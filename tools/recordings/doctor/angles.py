@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from motion.demonstration import Demonstration
+from robot.recordings.inspection import spoken_time
 from robot.recordings.plausibility import OUTSIDE, TURN_TOLERANCE, outside
 from tools.recordings.doctor.finding import Finding, Robot
 from tools.recordings.doctor.signals import counted
@@ -65,7 +66,7 @@ def wraps(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
         rows = np.flatnonzero(wrapped[:, number]) + 1
         sentence = (
             f"{recording.columns[number]} jumps by a full turn {counted(len(rows), 'time')}, first at "
-            f"{recording.times[rows[0]] - recording.times[0]:.3g} s: the angle was wrapped, and is made continuous"
+            f"{spoken_time(recording.times[rows[0]])}: the angle was wrapped, and is made continuous"
         )
         yield Finding(sentence, True, column=recording.columns[number], rows=rows)
 

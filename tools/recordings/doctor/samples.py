@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robot.recordings.inspection import spoken_time
 from tools.recordings.doctor.finding import NONE, Finding, Robot
 from tools.recordings.doctor.signals import (
     LEAST_NOISE,
@@ -83,7 +84,7 @@ def spikes(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
         if len(rows):
             sentence = (
                 f"{column} has {counted(len(rows), 'outlier')}, the first at "
-                f"{recording.times[rows[0]] - recording.times[0]:.3g} s: replaced by the line between their neighbours"
+                f"{spoken_time(recording.times[rows[0]])}: replaced by the line between their neighbours"
             )
             yield Finding(sentence, True, column=column, rows=rows)
 
@@ -121,7 +122,7 @@ def frozen(recording: Recording, robot: Robot | None) -> Iterator[Finding]:
             first, last = max(runs, key=lambda run: run[1] - run[0])
             sentence = (
                 f"{column} stays at {values[first, number]:.4g} rad for {times[last] - times[first]:.3g} s from "
-                f"{times[first] - times[0]:.3g} s on, while the other joints move: its sensor or connection stopped; "
+                f"{spoken_time(times[first])} on, while the other joints move: its sensor or connection stopped; "
                 "record again, or leave that part out"
             )
             rows = np.concatenate([np.arange(first, last + 1) for first, last in runs])

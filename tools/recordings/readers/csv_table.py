@@ -22,6 +22,8 @@ COMMENTS = "#", "//", "sep="
 QUOTED_COMMA = re.compile(r'"[+-]?\d*,\d+"')
 DELIMITERS = ",", ";", "\t", "|"
 NEEDED = "a recording has a line for each sample: a time, then the joints"
+CUT_NUMBER = re.compile(r"[+-]?[\d.,]+[eE][+-]?")
+"""A number that was cut off within its exponent."""
 TEXT_SHARE = 0.5
 """Fraction of text cells above which a column contains words."""
 
@@ -133,7 +135,8 @@ def _without_empty_end(cells: list[str]) -> list[str]:
 def _dialect(head: Sequence[str]) -> tuple[str | None, bool]:
     """Return the delimiter (None: blanks) and whether numbers have decimal commas."""
     data = [line for line in head if line.strip() and not line.lstrip().startswith(COMMENTS)][:20]
-    counts = {mark: min((line.count(mark) for line in data), default=0) for mark in DELIMITERS}
+    complete = data[:-1] or data  # the last line of a short file may be cut off
+    counts = {mark: min((line.count(mark) for line in complete), default=0) for mark in DELIMITERS}
     for mark in (";", "\t", "|"):
         if counts[mark]:
             return mark, not any("." in line for line in data[1:]) and any("," in line for line in data[1:])
@@ -182,8 +185,18 @@ def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> fl
     return math.nan
 
 
+def _without_cut_line(table: _Table) -> None:
+    """Remove the last line if it ends within a number's exponent."""
+    count, _, word = table.words.get(table.width - 1, (0, 0, ""))
+    if count == 1 and not table.notes and CUT_NUMBER.fullmatch(word) and math.isnan(table.numbers[-1]):
+        del table.numbers[-table.width :]
+        _, line, _ = table.words.pop(table.width - 1)
+        table.notes.append(f"line {line} ends with {word!r}")
+
+
 def _finished(path: Path, table: _Table) -> _Table:
     """Return the table without columns of text. Raises Unreadable if numbers are missing."""
+    _without_cut_line(table)
     if not table.width or not len(table.values):
         raise Unreadable(f"{path} has no line of numbers; {NEEDED}")
     samples = len(table.values)

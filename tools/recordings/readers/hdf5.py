@@ -51,10 +51,11 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
 def _position_paths(file: h5py.File) -> list[str]:
     """Return the paths of the matrices of joint positions. Links to other files are not followed."""
     found: dict[str, h5py.Dataset] = {}
+    others: dict[str, h5py.Dataset] = {}
 
     def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and item.ndim == 2 and item.dtype.kind in "fiu":
-            found[name] = item
+        if isinstance(item, h5py.Dataset) and item.ndim == 2:
+            (found if item.dtype.kind in "fiu" else others)[name] = item
 
     file.visititems(visit)
     measured = {name: item for name, item in found.items() if not set(name.split("/")) & NOT_MEASURED}
@@ -63,6 +64,8 @@ def _position_paths(file: h5py.File) -> list[str]:
         raise Unreadable(f"{file.filename}: {fault}")
     if not chosen and (poses := [name for name in measured if is_pose(name)]):
         raise Unreadable(f"{file.filename} {ONLY_POSES.format(', '.join(poses[:3]))}")
+    if not chosen and (fault := arrays.texts(others)):
+        raise Unreadable(f"{file.filename}: {fault}")
     return sorted(chosen, key=_natural)
 
 

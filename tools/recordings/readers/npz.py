@@ -89,7 +89,7 @@ def _without_joints(path: Path, headers: dict[str, Header]) -> str:
         return f"{path} {ONLY_POSES.format(', '.join(poses))}"
     if any(header.dtype.hasobject for header in headers.values()):
         return f"{path} has Python objects, which could run code and are not read; save arrays of numbers"
-    if said := arrays.too_short(headers):
+    if said := arrays.texts(headers) or arrays.too_short(headers):
         return f"{path}: {said}"
     return (
         f"{path} has no matrix samples × joints; it has {listed}; save joint positions with one row a sample and one "

@@ -4,6 +4,7 @@ Messages are decoded by the definitions in rosbags. The definitions in the bag a
 definitions into code.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,7 +42,9 @@ def episodes(path: Path, rate: float | None) -> list[Episode]:
             samples = sum(one.msgcount for one in _connections(bag, topic))
             check_size(path, topic, samples)
             if samples:
-                found.append(Episode(topic, samples, (bag.metadata.duration if _is_2(bag) else bag.duration) / NS))
+                found.append(
+                    Episode(topic, samples, _duration(bag, decode, topic) if rate is None else (samples - 1) / rate)
+                )
         return found
 
 
@@ -55,10 +58,10 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
             message = decode(raw, connection.msgtype)
             if connection.msgtype in NUMBERS:
                 rows.append({connection.topic: float(message.data)})
-                stamps.append((0, received))
+                stamps.append(_stamp(message, received))
             elif len(message.position) and len(message.position) == len(message.name):
                 rows.append(dict(zip(message.name, message.position.tolist(), strict=True)))
-                stamps.append((message.header.stamp.sec * NS + message.header.stamp.nanosec, received))
+                stamps.append(_stamp(message, received))
             else:
                 unlike = f"{len(message.name)} names and {len(message.position)} positions"
     if not rows:
@@ -88,6 +91,24 @@ def _without_joints(path: Path, bag: Any) -> str:
     topics = ", ".join(sorted(f"{one.topic} ({one.msgtype})" for one in bag.connections)[:8])
     poses = any(is_pose(one.msgtype.split("/")[-1]) for one in bag.connections)
     return f"{path} has no topic of {TYPE}; it has {topics}{f'; {POSES_CURE}' if poses else ''}"
+
+
+def _duration(bag: Any, decode: Callable[[bytes, str], Any], topic: str) -> float:
+    """Return the time between the first and the last message of a topic, s, without reading all of them."""
+    connections = _connections(bag, topic)
+    ends = [next(bag.messages(connections))]
+    end, before = (bag.metadata if _is_2(bag) else bag).end_time, NS
+    while len(ends) < 2:
+        ends += deque(bag.messages(connections, start=end - before), maxlen=1)
+        before *= 2
+    stamps = [_stamp(decode(raw, connection.msgtype), received) for connection, received, raw in ends]
+    return float(_times(np.array(stamps))[0][-1])
+
+
+def _stamp(message: Any, received: int) -> tuple[int, int]:
+    """Return the time in a message's header, 0 without one, and the time of recording, ns."""
+    header = getattr(message, "header", None)
+    return (header.stamp.sec * NS + header.stamp.nanosec if header else 0), received
 
 
 def _times(stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
