@@ -176,7 +176,7 @@ class Rally:
         mind, flags, attempt = self._mind, self._flags, stroke.attempt
         now, place = self._arm.observe().time, np.array(sight.position)
         if attempt.choice is not None and sight.time > attempt.choice.time:
-            if not mind.can_judge(attempt, sight.time):
+            if not attempt.has_flown(sight.time):
                 attempt.sights.append((sight.time, place))
             return
         velocity = None if sight.velocity is None else np.array(sight.velocity)

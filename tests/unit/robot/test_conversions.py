@@ -7,7 +7,7 @@ from motion.limits import Limits
 from motion.trajectory import Samples
 from protocol import messages as m
 from protocol.errors import Refusal
-from robot.conversions import finite_or_null, limit_fields, ranges_or_null, sample_matrices, samples_of
+from robot.conversions import finite_or_null, limit_fields, sample_matrices, samples_of
 
 SAMPLES = Samples(*np.arange(18.0).reshape(3, 3, 2))
 
@@ -39,15 +39,14 @@ def test_a_matrix_of_the_wrong_size_is_refused():
     assert caught.value.detail["field"] == "positions"
 
 
-def test_infinite_values_and_ranges_become_null():
+def test_infinite_values_become_null():
     assert finite_or_null(np.array([1.0, np.inf])) == [1.0, None]
-    assert ranges_or_null(np.array([[-1.0, 2.0], [-np.inf, np.inf], [-1.0, np.inf]])) == [(-1.0, 2.0), None, None]
 
 
 def test_infinite_limits_become_null_in_messages():
-    limits = Limits(
-        np.array([[-1.0, 1.0], [-np.inf, np.inf]]), np.array([np.inf, 2.0]), np.array([3.0, np.inf]), np.full(2, np.inf)
-    )
+    ranges = np.array([[-1.0, 1.0], [-np.inf, np.inf], [-1.0, np.inf]])
+    limits = Limits(ranges, np.array([np.inf, 2.0, 1.0]), np.array([3.0, np.inf, 1.0]), np.full(3, np.inf))
     said = m.PlanLimits(**limit_fields(limits))
-    assert said.positions == [(-1.0, 1.0), None]
-    assert (said.velocities, said.accelerations, said.jerks) == ([None, 2.0], [3.0, None], [None, None])
+    assert said.positions == [(-1.0, 1.0), None, None]
+    assert (said.velocities, said.accelerations) == ([None, 2.0, 1.0], [3.0, None, 1.0])
+    assert said.jerks == [None, None, None]

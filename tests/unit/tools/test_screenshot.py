@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import rerun_cli
 
-from tools.screenshot import Flags, take_screenshot
+from tools.screenshot import take_screenshot
 
 VIEWER = """#!/bin/sh
 [ "$1" = analytics ] && exit 0
@@ -29,4 +29,4 @@ def test_a_viewer_that_ends_is_reported_with_its_cause(
     viewer.chmod(0o755)
     monkeypatch.setattr(rerun_cli, "__file__", str(tmp_path / "__init__.py"))
     with pytest.raises(RuntimeError, match=sentence):
-        take_screenshot(Flags(tmp_path / "a.rrd", tmp_path / "a.png"))
+        take_screenshot(tmp_path / "a.rrd", tmp_path / "a.png")
