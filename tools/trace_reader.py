@@ -17,6 +17,10 @@ TIMELINES = ("sim_time", "tick", "wall")
 FILE_HEADER_BYTES = 12
 MESSAGE_HEADER = struct.Struct("<QQ")
 """Kind and length, bytes, of a message in the file."""
+END = 0
+"""Kind of a file's last message."""
+TRAILER_BYTES = 64
+"""A complete file has less than this after its last message."""
 COPIED_BYTES = 2**20
 
 
@@ -115,12 +119,14 @@ def read_chunks(path: Path, *, static: bool = False) -> Iterator[Chunk]:
 
 
 def _opened(path: Path, copy: Path) -> LazyChunkStream:
-    """Open a file, or if it cannot be read as a whole, a copy of its complete messages."""
-    try:
-        return _open(path)
-    except RuntimeError:
-        _copy_complete_messages(path, copy)
-        return _open(copy)
+    """Open a file, or a copy of its complete messages if something else follows them."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        end = _end_of_messages(file, size)
+        if size - end <= TRAILER_BYTES:
+            return _open(path)
+        _copy(file, end, copy)
+    return _open(copy)
 
 
 def count_recordings(path: Path) -> int:
@@ -139,23 +145,22 @@ def _open(path: Path) -> LazyChunkStream:
         return RrdReader(path).stream()
 
 
-def _copy_complete_messages(path: Path, copy: Path) -> None:
-    """Copy a file up to the end of its last complete message."""
-    with path.open("rb") as file, copy.open("wb") as beginning:
-        remaining = _end_of_messages(file, path.stat().st_size)
-        file.seek(0)
-        while remaining > 0 and (block := file.read(min(remaining, COPIED_BYTES))):
+def _copy(file: BinaryIO, end: int, copy: Path) -> None:
+    """Copy a file up to `end`."""
+    file.seek(0)
+    with copy.open("wb") as beginning:
+        while end > 0 and (block := file.read(min(end, COPIED_BYTES))):
             beginning.write(block)
-            remaining -= len(block)
+            end -= len(block)
 
 
 def _end_of_messages(file: BinaryIO, size: int) -> int:
-    """Return the position after the last complete message; an empty message, as in a file of zeros, ends them."""
-    end = FILE_HEADER_BYTES
-    while end + MESSAGE_HEADER.size <= size:
+    """Return the position after the message `END`, or after the last complete message."""
+    end, kind = FILE_HEADER_BYTES, None
+    while kind != END and end + MESSAGE_HEADER.size <= size:
         file.seek(end)
-        _, length = MESSAGE_HEADER.unpack(file.read(MESSAGE_HEADER.size))
-        if not length or end + MESSAGE_HEADER.size + length > size:
+        kind, length = MESSAGE_HEADER.unpack(file.read(MESSAGE_HEADER.size))
+        if end + MESSAGE_HEADER.size + length > size:
             break
         end += MESSAGE_HEADER.size + length
     return min(end, size)

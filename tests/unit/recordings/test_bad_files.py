@@ -207,6 +207,17 @@ def test_a_file_of_2_gib_is_refused_without_reading_it(tmp_path: Path, magic: by
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
 
 
+def test_zeros_after_a_trace_are_not_read(tmp_path: Path):
+    """A disk that failed or was full leaves a trace that is followed by zeros, here 2 GiB of them."""
+    writers.write_rrd(tmp_path / "log.rrd")
+    whole = load(tmp_path / "log.rrd", writers.JOINTS)
+    os.truncate(tmp_path / "log.rrd", 2 * 2**30)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    extended = load(tmp_path / "log.rrd", writers.JOINTS)
+    assert np.array_equal(extended.values, whole.values)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+
+
 def test_a_damaged_rerun_file_is_named_by_its_own_path(tmp_path: Path):
     """Its complete messages are copied to a temporary file, which does not appear in the sentence."""
     path = tmp_path / "log.rrd"
