@@ -3,6 +3,7 @@
 import struct
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -124,7 +125,8 @@ def _opened(path: Path, copy: Path) -> LazyChunkStream:
     with path.open("rb") as file:
         end = _end_of_messages(file, size)
         if size - end <= TRAILER_BYTES:
-            return _open(path)
+            with suppress(RuntimeError):  # an incomplete header of a message may be as short as a trailer
+                return _open(path)
         _copy(file, end, copy)
     return _open(copy)
 

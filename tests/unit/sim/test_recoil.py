@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -76,7 +77,8 @@ def test_a_hit_causes_a_recoil_or_without_its_table_a_fault(accepted: bool):
 def test_a_push_is_a_recoil_only_within_the_window(after: int, faults: bool):
     """The window is ±0.14 s around the planned hit."""
     assert ROBOT.recoil is not None
-    loop = ClosedLoop(dataclasses.replace(ROBOT, recoil=dataclasses.replace(ROBOT.recoil, window=0.14)), AWAY)
+    recoil = msgspec.structs.replace(ROBOT.recoil, window=0.14)
+    loop = ClosedLoop(dataclasses.replace(ROBOT, recoil=recoil), AWAY)
     result = swing(loop)
     push(loop, HIT + after)
     loop.turn(800)
