@@ -13,7 +13,7 @@ from protocol.errors import Refusal
 from protocol.topics import MAX_PLAN_S
 from robot.conversions import MATRICES, QUANTITY_OF, samples_of, unit_of
 from robot.description import RobotConfig
-from services.controller.pieces import JUMPS, check_pieces
+from services.controller.pieces import check_pieces, check_rest
 from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
 from services.controller.timeline import Segment
 
@@ -130,17 +130,10 @@ def _check_smooth(samples: Samples, config: RobotConfig) -> None:
 
 def _ending_at_rest(samples: Samples, config: RobotConfig) -> Samples:
     """Return the samples with the last one exactly at rest, which it must be within rounding."""
-    still: dict[str, np.ndarray] = {}
-    for name, tolerance in JUMPS[1:]:
-        still[name] = getattr(samples, name).copy()
-        joint = int(np.abs(still[name][-1]).argmax())
-        value = still[name][-1, joint]
-        if abs(value) > tolerance:
-            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
-            sentence = f"{name} of {config.joint_names[joint]} end at {value:.3g} {unit}"
-            raise bad_message(name, f"{sentence}; the motion must end at rest, its stop included")
-        still[name][-1] = 0.0
-    return Samples(samples.positions, **still)
+    check_rest((samples.velocities[-1], samples.accelerations[-1]), config)
+    velocities, accelerations = samples.velocities.copy(), samples.accelerations.copy()
+    velocities[-1] = accelerations[-1] = 0.0
+    return Samples(samples.positions, velocities, accelerations)
 
 
 def check_continuity(reference: tuple[np.ndarray, ...], segment: Segment, config: RobotConfig) -> None:

@@ -1,6 +1,7 @@
 """Check polynomial trajectories exactly, for all times, and sample them for the loop."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -67,16 +68,26 @@ def _with_rest(motion: Trajectory, config: RobotConfig) -> Trajectory:
     if not motion.coefficients[-1, :, 1:].any():
         return motion
     positions, *rates = np.matmul(motion.coefficients[-1], _rows(np.diff(motion.breaks)[-1:])[0]).T
-    for (name, tolerance), ends in zip(JUMPS[1:], rates, strict=True):
-        moving = ~(np.abs(ends) <= tolerance)
-        if moving.any():
-            joint = int(moving.argmax())
-            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
-            sentence = f"{name} of {config.joint_names[joint]} end at {ends[joint]:.3g} {unit}"
-            raise bad_message("pieces.coefficients", f"{sentence}; the motion must end at rest, its stop included")
+    check_rest(rates, config, "pieces.coefficients")
     rest = np.zeros((1, *motion.coefficients.shape[1:]))
     rest[0, :, 0] = positions
     return Trajectory(np.append(motion.breaks, motion.breaks[-1]), np.concatenate([motion.coefficients, rest]))
+
+
+def check_rest(rates: Iterable[np.ndarray], config: RobotConfig, field: str = "") -> None:
+    """Check that the velocities and accelerations (J,) at the end of a motion are zero within rounding.
+
+    field: named by the refusal; by default the quantity.
+
+    Raises:
+        Refusal: `bad_message`, naming the joint that moves most.
+    """
+    for (name, tolerance), values in zip(JUMPS[1:], rates, strict=True):
+        joint = int(np.abs(values).argmax())
+        if not abs(values[joint]) <= tolerance:  # also for NaN
+            unit = unit_of(QUANTITY_OF[name], config.slides[joint])
+            sentence = f"{name} of {config.joint_names[joint]} end at {values[joint]:.3g} {unit}"
+            raise bad_message(field or name, f"{sentence}; the motion must end at rest, its stop included")
 
 
 def _rows(lengths: np.ndarray) -> np.ndarray:
