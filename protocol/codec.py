@@ -188,11 +188,16 @@ def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Re
         except TypeError:  # a list or a map, which Python cannot take for a key
             return bad_message("", "the body has a list or a map for a key; keys are strings")
         except (msgpack.StackError, ValueError, msgpack.UnpackException) as unreadable:
-            error = unreadable
+            return _unreadable(unreadable)  # a variable that keeps it would make a cycle with its traceback
     if not isinstance(body, dict):
         return bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
     if isinstance(error, msgspec.ValidationError):
         return _explain(error, kind, body)
+    return _unreadable(error)
+
+
+def _unreadable(error: Exception) -> Refusal:
+    """Return the refusal of a body that is not msgpack."""
     if isinstance(error, RecursionError | msgpack.StackError):
         return bad_message("", f"the body is nested too deep; at most {MAX_DEPTH} levels are allowed")
     return bad_message("", f"the body is not msgpack: {str(error) or type(error).__name__}")

@@ -24,6 +24,7 @@ PROMPT_SLICE_NS = 100_000
 """The shortest slice that Linux grants."""
 SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
 """Number of a system call that the C library does not wrap."""
+_LIBC = ctypes.CDLL(None, use_errno=True)
 PR_SET_TIMERSLACK = 29
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
 
@@ -60,20 +61,19 @@ def become_real_time(priority: int) -> list[str]:
     longer than a tick.
     """
     sys.setswitchinterval(1e-4)
-    libc = ctypes.CDLL(None, use_errno=True)
     missing = []
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except (OSError, AttributeError) as error:
         missing.append(f"SCHED_FIFO {priority}: {error}")
-    if libc.mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0 or not _lock_code(libc):
+    if _LIBC.mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0 or not _lock_code():
         missing.append(f"mlockall: {os.strerror(ctypes.get_errno())}")
-    if libc.prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0) != 0:
+    if _LIBC.prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0) != 0:
         missing.append(f"timer slack of 1 ns: {os.strerror(ctypes.get_errno())}")
     return missing
 
 
-def _lock_code(libc: ctypes.CDLL) -> bool:
+def _lock_code() -> bool:
     """Lock this process's code in memory; return whether that was granted.
 
     Data are locked on first use. Locking all at once would take several hundred unused megabytes: each thread has a
@@ -82,7 +82,7 @@ def _lock_code(libc: ctypes.CDLL) -> bool:
     lines = [line.split() for line in Path("/proc/self/maps").read_text().splitlines()]
     files = [span for span, permissions, *_, path in lines if path.startswith("/") and permissions[0] == "r"]
     spans = [[int(end, 16) for end in span.split("-")] for span in files]
-    return all(libc.mlock(ctypes.c_void_p(start), ctypes.c_size_t(end - start)) == 0 for start, end in spans)
+    return all(_LIBC.mlock(ctypes.c_void_p(start), ctypes.c_size_t(end - start)) == 0 for start, end in spans)
 
 
 def may_be_real_time() -> bool:
@@ -129,7 +129,7 @@ def _share_promptly() -> None:
     else:
         attributes = _SchedulingAttributes(nice=os.getpriority(os.PRIO_PROCESS, 0), runtime=PROMPT_SLICE_NS)
         attributes.size = ctypes.sizeof(attributes)
-        ctypes.CDLL(None).syscall(ctypes.c_long(number), 0, ctypes.byref(attributes), 0)
+        _LIBC.syscall(ctypes.c_long(number), 0, ctypes.byref(attributes), 0)
 
 
 @contextlib.contextmanager

@@ -35,19 +35,23 @@ def refusing(
     An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests. joints:
     names for the values of joints that a refusal gives by their index.
     """
+
+    def refuse(refusal: Refusal) -> None:
+        asking.refuse(refusal)
+        fields = {"goal_id": goal_id, "code": refusal.code}
+        log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
+        then(refusal)
+
+    # No variable of this frame keeps the caught error: its traceback refers to the frame, and a service that does not
+    # collect cycles would keep the request for ever.
     try:
         yield
-        return
     except Refusal as reason:
-        refusal = with_joint(reason, joints)
+        refuse(with_joint(reason, joints))
     except Exception:
         log.exception("%s met an error of the %s", asking.topic.key, service, extra={"goal_id": goal_id})
         detail = {"service": service} | ({"goal_id": goal_id} if goal_id else {})
-        refusal = Refusal("unavailable", OWN_ERROR.format(service=service), **detail)
-    asking.refuse(refusal)
-    fields = {"goal_id": goal_id, "code": refusal.code}
-    log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
-    then(refusal)
+        refuse(Refusal("unavailable", OWN_ERROR.format(service=service), **detail))
 
 
 def with_joint(refusal: Refusal, names: Sequence[str]) -> Refusal:

@@ -20,7 +20,7 @@ from services.common.realtime import Urgency, receivers
 from services.common.refusing import OWN_ERROR, refusing
 from services.common.stray_puts import StrayPuts
 from services.striker.core import Striker
-from services.striker.outside import Reply, Taken
+from services.striker.outside import Taken
 
 GOAL_TIMEOUT_S = 1.0
 """Timeout of a goal's reply, s; after it the arm ends its present motion."""
@@ -151,10 +151,11 @@ class Loop:
 
     def _answer(self, answered: Answered) -> None:
         try:
-            reply: Reply = answered.read()
-        except (Refusal, NoAnswer) as error:
-            reply = error
-        self._striker.answered(answered.goal_id, reply)
+            reply = answered.read()
+        except (Refusal, NoAnswer) as error:  # a variable that keeps it would make a cycle with its traceback
+            self._striker.answered(answered.goal_id, error)
+        else:
+            self._striker.answered(answered.goal_id, reply)
 
     def _serve(self, asking: PendingQuery) -> None:
         """Reply to a request, or refuse it."""

@@ -2,6 +2,7 @@
 
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from protocol import topics
 from protocol.codec import decode
 from tools.drill.harness.cell import Cell
 from tools.drill.harness.lab import Lab
-from tools.drill.harness.shims import shim
+from tools.drill.harness.shims import counts, shim
 from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.states import differing_states, missing_ticks
 from tools.drill.scenario import Measured, Scenario, at_least, at_most, exactly, none, reported, timed
@@ -74,15 +75,10 @@ def stall(lab: Lab) -> Measured:
     }
 
 
-def jumping(lab: Lab, clock: m.Clock) -> CellConfig:
-    """Return the configuration of a cell in which the wall clock of every process jumps."""
-    return CellConfig(clock=clock, shims={name: shim("jumping_clock", lab.folder) for name in ARM})
-
-
-def clock_jumps(config: CellConfig, pids: dict[str, int]) -> dict[str, int]:
-    """Return the number of clock jumps that each exited process read; processes without the shim are omitted."""
-    files = {name: config.shims[name] / f"{pid}.jumps" for name, pid in pids.items()}
-    return {name: int(file.read_text()) for name, file in files.items() if file.exists()}
+def jumping(lab: Lab, clock: m.Clock) -> tuple[CellConfig, Path]:
+    """Return a cell in which the wall clock of every process jumps, and the directory of the numbers of jumps."""
+    directory = shim("jumping_clock", lab.folder)
+    return CellConfig(clock=clock, shims=dict.fromkeys(ARM, directory)), directory
 
 
 def jump_measurements(jumps: dict[str, int]) -> Measured:
@@ -92,10 +88,10 @@ def jump_measurements(jumps: dict[str, int]) -> Measured:
 
 def jump(lab: Lab) -> Measured:
     """Play the same strike on the stepped clock with and without a wall clock that jumps."""
-    config = jumping(lab, "stepped")
+    config, directory = jumping(lab, "stepped")
     (plain, _), (jumped, processes) = strike_states(lab, CellConfig()), strike_states(lab, config)
     return {
-        **jump_measurements(clock_jumps(config, processes)),
+        **jump_measurements(counts(directory, "jumps", processes)),
         "ticks compared": len(plain),
         "states not bit-identical": differing_states(plain, jumped),
     }
@@ -111,7 +107,7 @@ def strike_states(lab: Lab, config: CellConfig) -> tuple[list[bytes], dict[str, 
 
 def jump_in_real_time(lab: Lab) -> Measured:
     """Play a motion in real time while the wall clock jumps, and compare robot time with the monotonic clock."""
-    config = jumping(lab, "realtime")
+    config, directory = jumping(lab, "realtime")
     with lab.cell(config) as cell:
         arrivals = Arrivals(cell)
         time.sleep(0.5)
@@ -120,7 +116,7 @@ def jump_in_real_time(lab: Lab) -> Measured:
         processes = cell.processes.pids()
     passed = (at[-1] - at[0]) * 1e-9
     return {
-        **jump_measurements(clock_jumps(config, processes)),
+        **jump_measurements(counts(directory, "jumps", processes)),
         "ticks missing or duplicated": missing_ticks(states),
         "error of robot time against the monotonic clock": float(abs(states[-1].time - states[0].time - passed)),
         "ticks braked": sum(state.brake for state in states),

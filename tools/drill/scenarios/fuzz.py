@@ -11,6 +11,7 @@ from tools.drill.harness.cell import ACCEPTED, Cell
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import mutate
 from tools.drill.harness.raw import answer, check_unmoved, publish
+from tools.drill.harness.shims import counts, shim
 from tools.drill.harness.start import ARM, CellConfig
 from tools.drill.harness.valid_bodies import renewed, valid_publications, valid_requests
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none, reported
@@ -19,6 +20,9 @@ MESSAGES, LONG_MESSAGES = 5_000, 100_000
 CHECK_EVERY = 10
 READ = {query.key for query in topics.QUERIES if query.reads}
 """Requests that change nothing, after which no new run must begin."""
+
+UNCOLLECTED = "sim", "controller", "striker"
+"""Services that disable the garbage collector and never call it: an error in a reference cycle keeps its message."""
 
 GUARDED = (topics.STATE, topics.COMMAND)
 """Topics of which no valid mutant is sent."""
@@ -31,10 +35,18 @@ def fuzz(lab: Lab) -> Measured:
     After a mutant that is a valid request and is accepted a new run begins. A mutant that is a valid state or command
     is not sent, because certificates decide who may publish these.
     """
-    config = CellConfig(services=(*ARM, "recorder", "striker"), flags={"record": lab.folder / "fuzz.rrd"})
+    counter = shim("kept_tracebacks", lab.folder)
+    config = CellConfig(
+        services=(*ARM, "recorder", "striker"),
+        flags={"record": lab.folder / "fuzz.rrd"},
+        shims=dict.fromkeys(UNCOLLECTED, counter),
+    )
     with lab.cell(config) as cell:
         cell.reset()
-        return fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.progress)
+        measured = fuzz_cell(cell, LONG_MESSAGES if lab.long else MESSAGES, lab.progress)
+        pids = cell.processes.pids()
+    kept = counts(counter, "tracebacks", pids)
+    return {**measured, "processes without garbage collector": len(kept), "errors kept in them": sum(kept.values())}
 
 
 def fuzz_cell(cell: Cell, count: int, progress: Callable[[str], object]) -> Measured:
@@ -99,6 +111,8 @@ SCENARIOS = (
             none("movements of the arm"),
             none("processes that exited"),
             exactly("outcome of a valid goal afterwards", "succeeded"),
+            exactly("processes without garbage collector", len(UNCOLLECTED)),
+            none("errors kept in them"),
         ),
         fuzz,
     ),
