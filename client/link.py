@@ -81,11 +81,9 @@ class Link:
             raise NoAnswer(topic.owner, self.bus.key(topic.key), CLOSED)
         box: Mailbox[zenoh.Reply | None] = self.mailbox(2)
         self.bus.send_to(topic, request, box.put, self.timeout)
-        reply = await box.take()
-        try:
-            return self.bus.read(topic, reply)
-        except NoAnswer as error:
-            raise NoAnswer(error.service, error.key, await self._reason(topic)) from None
+        if (reply := await box.take()) is None:
+            raise NoAnswer(topic.owner, self.bus.key(topic.key), await self._reason(topic))
+        return self.bus.read(topic, reply)
 
     def subscribe(self, topic: Publication, put: Callable[[bytes], object]) -> Callable[[], None]:
         """Call `put` with the body of every publication on `topic`, in another thread; return what stops it."""
@@ -107,13 +105,13 @@ class Link:
         return end
 
     async def _reason(self, topic: Query) -> str:
-        """Return a sentence with the likely cause of a missing reply."""
+        """Return a sentence with the likely cause of a request that ended before its timeout, without a reply."""
         if self.bus.session.is_closed():
             return CLOSED
         alive = await self.alive()
         services = sorted(service for robot, service in alive if robot == self.bus.robot)
         if topic.owner in services:
-            return f"the {topic.owner} runs, but did not reply in time"
+            return f"the {topic.owner} runs, but sent no reply"
         if services:
             return f"the {topic.owner} is not running; these services run: {', '.join(services)}"
         if others := sorted({robot for robot, _ in alive}):

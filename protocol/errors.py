@@ -53,6 +53,7 @@ class NoAnswer(Exception):
     """A request got no reply: its owner does not run or does not answer, or the bus cannot be reached."""
 
     def __init__(self, service: str, key: str, reason: str = "") -> None:
-        super().__init__(f"no answer on {key}: {reason or f'the {service} is not running, or not on this bus'}")
+        reason = reason or f"the {service} is not running, or not on this bus; start it"
+        super().__init__(f"no answer on {key}: {reason}")
         self.service = service
         self.key = key

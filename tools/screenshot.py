@@ -4,6 +4,7 @@ It needs a graphics driver, for example Mesa's software rasterizer (Debian: mesa
 Rerun package runs with a temporary home directory, in which its analytics are turned off.
 """
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -24,6 +25,8 @@ NO_DRIVER = "Failed to get render context"
 """Part of the viewer's output on a machine without a graphics driver."""
 LAST = 400
 """Number of characters of the viewer's output that an error repeats."""
+TRIES = 4
+"""Largest number of attempts to save the screenshot."""
 SETTLE_S = 2.0
 """Time from the end of loading until the viewer has drawn all views."""
 
@@ -56,7 +59,7 @@ def take_screenshot(
                 if at is not None:
                     client.set_time("sim_time", duration=at, play_state="paused")
                 time.sleep(SETTLE_S)
-                client.save_screenshot(str(image.resolve()))
+                save(client, image)
             except TimeoutError as error:
                 output.seek(0)
                 raise RuntimeError(f"{error}; {_cause(output.read())}") from None
@@ -80,6 +83,14 @@ def _wait_for_trace(process: subprocess.Popen, url: str) -> ViewerClient:
     if process.poll() is not None:
         raise TimeoutError("the viewer ended before it showed the trace")
     raise TimeoutError(f"the viewer did not show the trace within {LOAD_TIMEOUT_S:g} s")
+
+
+def save(client: ViewerClient, image: Path) -> None:
+    """Save the screenshot. The viewer allows itself 15 s to draw it, which a busy machine may exceed."""
+    for _ in range(TRIES - 1):
+        with contextlib.suppress(TimeoutError):
+            return client.save_screenshot(str(image.resolve()))
+    return client.save_screenshot(str(image.resolve()))
 
 
 def _cause(output: str) -> str:

@@ -290,5 +290,5 @@ class Bus:
         try:
             body = decode(error.payload.to_bytes(), m.ErrorBody)
             return Refusal(body.code, body.message, **body.detail)
-        except (Refusal, KeyError, TypeError):
-            return NoAnswer(topic.owner, self.key(topic.key))
+        except (Refusal, KeyError, TypeError):  # Zenoh's own error: its timeout
+            return NoAnswer(topic.owner, self.key(topic.key), f"the {topic.owner} runs, but did not reply in time")

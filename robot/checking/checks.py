@@ -18,6 +18,7 @@ CHECKS = (
     structure.urdf_limits,
     structure.unnamed_bodies,
     structure.shapes,
+    structure.margin,
     numbers.gravity,
     numbers.friction,
     numbers.gain,

@@ -1,14 +1,16 @@
 """Checks of a model's structure: contacts, equalities, joints, names."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from motion.listing import listed
 from robot.checking.subject import Finding, Subject
-from robot.clearance import UNMEASURED
+from robot.clearance import UNMEASURED, Clearance
 from robot.model import body_name, owner_name
+from robot.schema import CollisionTable
 from robot.tree import (
     actuated,
     carrying_joints,
@@ -130,6 +132,28 @@ def shapes(subject: Subject) -> Iterator[Finding]:
             "no link of the arm has collision geometry: contacts are neither simulated nor planned around; "
             "add <collision> (URDF) or geoms with contype 1 (MJCF)",
         )
+
+
+def margin(subject: Subject) -> Iterator[Finding]:
+    """Find a margin that excludes bodies from the check of plans which stand apart at home."""
+    own, usual = subject.config.collision, CollisionTable().margin
+    if own.margin <= usual:
+        return
+    excluded = _near_at_home(subject, own.margin) - _near_at_home(subject, usual)
+    if excluded:
+        pairs = ", ".join(sorted(f"{one} – {other}" for one, other in excluded))
+        yield Finding(
+            "warning",
+            f"collision.margin: these bodies are nearer than {own.margin:g} m at home, so no plan is checked for them: "
+            f"{pairs}; choose a smaller margin (m) or another home",
+        )
+
+
+def _near_at_home(subject: Subject, margin: float) -> set[tuple[str, str]]:
+    """Return the pairs of bodies that plans may bring together because they are nearer than `margin` at home."""
+    collision = replace(subject.config.collision, margin=margin)
+    clearance = Clearance(replace(subject.config, collision=collision), subject.model)
+    return {(pair.body, pair.other) for pair in clearance.ignored if pair.reason == "near at home"}
 
 
 def _listed(subject: Subject, joints: set[int]) -> str:

@@ -221,7 +221,7 @@ class Planner:
         except NoAnswer as silence:
             if optional:
                 return None
-            raise Refusal("unavailable", f"{silence}; start it first", service="controller") from None
+            raise Refusal("unavailable", str(silence), service="controller") from None
         except Refusal as refusal:
             if optional and refusal.code == "unavailable":
                 return None

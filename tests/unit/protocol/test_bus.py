@@ -168,7 +168,7 @@ def test_an_absent_service_is_reported_at_once(client):
 
 def test_a_service_that_does_not_answer_is_reported_after_the_timeout(router, client, inbox):
     router.serve(STATUS_QUERY, inbox)
-    with pytest.raises(NoAnswer):
+    with pytest.raises(NoAnswer, match=r"volley/arm/status: the controller runs, but did not reply in time$"):
         client.ask(STATUS_QUERY, m.Empty(), timeout=0.2)
     assert inbox.take(PATIENCE_S) is not None
 

@@ -63,6 +63,8 @@ accelerations = [3.0, 4.0]
 jerks = [50.0, 60.0]
 [held]
 {held}
+[collision]
+margin = {margin}
 """
 DESCRIPTION = {
     "rate_hz": "1000",
@@ -71,6 +73,7 @@ DESCRIPTION = {
     "home": "[0.1, 0.2]",
     "velocities": "[1.0, 2.0]",
     "held": "f = 0.0",
+    "margin": "0.01",
 }
 
 
@@ -108,6 +111,7 @@ def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
             "warning",
             "plans are not checked against the height or distance field of soil",
         ),
+        ({"margin": "10"}, "warning", "nearer than 10 m at home, so no plan is checked for them: "),
         ({"mass": "40"}, "unusable", "a cannot hold the arm at home: gravity takes"),
         ({"mass": "9.5"}, "warning", "a hardly holds the arm at home"),
         ({"first": 'actuatorfrcrange="-30 30" frictionloss=".5"'}, "note", "a rubs with 0.5 N·m, 1.7% of its torque"),
