@@ -37,7 +37,9 @@ class IdealLoop(ClosedLoop):
         self.config, self.arm, self.drive = ROBOT, StandIn(ROBOT), Drive(ROBOT)
         self.given: list[Setpoint] = []
         self.known = known
-        self._description = msgspec.structs.replace(EXAMPLES["Description"], clock=clock, delay_ticks=delay)
+        description = EXAMPLES["Description"]
+        assert isinstance(description, m.Description)
+        self._description = msgspec.structs.replace(description, clock=clock, delay_ticks=delay)
         self._waiting = deque([self.drive.setpoint(ROBOT.home, np.zeros(ROBOT.joint_count))] * delay)
         self.start_controller()
 
