@@ -1,6 +1,6 @@
 """The goals that the controller accepted, and their results."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import OrderedDict
 from collections.abc import Container
 from dataclasses import dataclass, field
@@ -115,10 +115,10 @@ class Ledger:
 
     def open(self, goal: ActiveGoal) -> None:
         """Add `goal`, which replaces all earlier goals from its start on; later ones end now."""
-        for replaced in [known for known in self.active if known.start >= goal.start]:
-            self.active.remove(replaced)
+        kept = bisect_left(self.active, goal.start, key=lambda known: known.start)
+        for replaced in self.active[kept:]:
             self._end_replaced(replaced, goal)
-        self.active.append(goal)
+        self.active[kept:] = [goal]
         self._results[goal.result.goal_id] = goal.result
         while len(self._results) > KEPT:
             self._results.popitem(last=False)

@@ -54,8 +54,8 @@ class States:
     def must_wait(self, state: m.State) -> bool:
         """Return whether the arm may follow an earlier controller still, with an acceleration that it does not publish.
 
-        After `silence_ticks` it brakes, and ignores commands until it rests. An arm with another clock than the real
-        time would wait for the answer instead.
+        After `silence_ticks` it brakes, and ignores commands until it rests. With another clock it would wait for the
+        answer instead.
         """
         if not self.realtime or state.accelerations is not None:
             return False
