@@ -38,6 +38,8 @@ class State(Message, kw_only=True):
             the tick is published again
         reason: of the condition, a sentence
         held: positions of the held joints, rad or m by name
+        accelerations: of the newest setpoint, that of a command or of the arm's own brake; null if the arm does not
+            follow setpoints or, from older robot sides, if unknown
     """
 
     run: int
@@ -53,6 +55,7 @@ class State(Message, kw_only=True):
     condition: Condition = "ready"
     reason: str = ""
     held: Joints = field(default_factory=dict)
+    accelerations: Vector | None = None
 
 
 class RobotLimits(PlanLimits, kw_only=True):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from robot.striking.choice import Choice
@@ -101,7 +102,8 @@ def write(path: Path, robot: str, learner: Learner) -> None:
         "hits": learner.hits,
     }
     partial = path.with_suffix(path.suffix + ".part")
-    partial.write_text(json.dumps(found, indent=2) + "\n")
+    # `json` with an indent makes a reference cycle, and the striker never collects garbage.
+    partial.write_bytes(msgspec.json.format(msgspec.json.encode(found), indent=2) + b"\n")
     partial.replace(path)
 
 

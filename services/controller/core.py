@@ -38,7 +38,7 @@ class Controller:
 
     def __init__(self, config: RobotConfig) -> None:
         self.config = config
-        self.states = States(config.joint_count)
+        self.states = States(config.joint_count, config.silence_ticks)
         self.statistics = LoopStatistics()
         self.ledger = Ledger()
         self.mode = Mode.HOLDING
@@ -53,7 +53,8 @@ class Controller:
 
     def meet(self, arm: m.Description) -> None:
         """Take the clock from the arm's description."""
-        self.states.stepped, self._commands.delay_ticks = arm.clock == "stepped", arm.delay_ticks
+        self.states.stepped, self.states.realtime = arm.clock == "stepped", arm.clock == "realtime"
+        self._commands.delay_ticks = arm.delay_ticks
 
     @property
     def resting(self) -> bool:
@@ -70,10 +71,12 @@ class Controller:
                 self._note_condition(state)
             return None
         if self.states.opens_run(state):
+            if self.states.must_wait(state):
+                return None
             self._begin_run(state)
         else:
             self.statistics.note_state(state.tick, state.applied_tick + self._commands.delay_ticks)
-        self.states.newest = state
+        self.states.take(state)
         self._note_condition(state)
         self._timeline.forget_before(state.tick)
         positions, velocities = np.array(state.positions), np.array(state.velocities)
@@ -216,22 +219,20 @@ class Controller:
     # --- inside ---------------------------------------------------------------------------------------
 
     def _begin_run(self, state: m.State) -> None:
-        """Start a run of the arm: end all goals, and hold the present pose.
+        """Start a run of the arm: end all goals, and stay where the arm is.
 
-        An arm that moves, for example because its last controller was killed, is stopped inside its limits.
+        An arm that moves, for example because its last controller was killed, is stopped inside its limits. The stop
+        begins with the arm's acceleration, so that the commanded acceleration does not jump.
         """
         self.ledger.close_all("aborted", "the arm began a new run")
-        if moves := speed_of(state) > AT_REST:
-            self._timeline.give_way(state)
-        else:
-            self._timeline.hold(np.array(state.positions), state.tick)
+        self._timeline.give_way(state, state.accelerations, self._commands.delay_ticks)
         self.statistics.begin(state.tick)
         self._break_epoch()
         self.fault = None
         self._condition = ArmCondition()
         self._recoil.clear()
         self._switch(Event.RUN)
-        if moves:
+        if self._timeline.end > state.tick + self._commands.delay_ticks + 1:
             self._switch(Event.CANCEL)
 
     def _note_condition(self, state: m.State) -> None:

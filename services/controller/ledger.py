@@ -1,8 +1,10 @@
 """The goals that the controller accepted, and their results."""
 
+from bisect import bisect_left, bisect_right
 from collections import OrderedDict
 from collections.abc import Container
 from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
 
@@ -85,7 +87,7 @@ def error_of(point: m.State | m.Point, reference: tuple[np.ndarray, ...]) -> m.P
 
 @dataclass(slots=True)
 class Ledger:
-    """Goals in the order of acceptance; the last 1000 results are kept."""
+    """Goals in the order of acceptance, each of which starts after the one before; the last 1000 results are kept."""
 
     active: list[ActiveGoal] = field(default_factory=list)
     ended: list[m.Result] = field(default_factory=list)
@@ -112,8 +114,11 @@ class Ledger:
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
 
     def open(self, goal: ActiveGoal) -> None:
-        """Add `goal`, which replaces all earlier goals from its start on."""
-        self.active.append(goal)
+        """Add `goal`, which replaces all earlier goals from its start on; later ones end now."""
+        kept = bisect_left(self.active, goal.start, key=lambda known: known.start)
+        for replaced in self.active[kept:]:
+            self._end_replaced(replaced, goal)
+        self.active[kept:] = [goal]
         self._results[goal.result.goal_id] = goal.result
         while len(self._results) > KEPT:
             self._results.popitem(last=False)
@@ -121,13 +126,10 @@ class Ledger:
     def close_due(self, tick: int) -> bool:
         """End every goal that is replaced or played to its end at `tick`; return whether there was one."""
         still = []
-        for index, goal in enumerate(self.active):
-            successor = min(self.active[index + 1 :], key=lambda later: later.start, default=None)
-            replaced = successor is not None and tick >= successor.start
-            if successor and replaced and goal.closing == "succeeded":
-                reason = f"goal {successor.result.goal_id} took over"
-                self._end(goal, "preempted" if goal.result.hit is None else "succeeded", reason)
-            elif replaced or tick >= goal.end:
+        for goal, successor in zip_longest(self.active, self.active[1:]):
+            if successor is not None and tick >= successor.start:
+                self._end_replaced(goal, successor)
+            elif tick >= goal.end:
                 self._end(goal, goal.closing, goal.reason)
             else:
                 still.append(goal)
@@ -151,8 +153,8 @@ class Ledger:
 
     def current(self, tick: int) -> ActiveGoal | None:
         """Return the goal whose motion is played at `tick`, or None."""
-        begun = [goal for goal in self.active if goal.start <= tick]
-        return begun[-1] if begun else None
+        begun = bisect_right(self.active, tick, key=lambda goal: goal.start)
+        return self.active[begun - 1] if begun else None
 
     def played_at(self, tick: int) -> str | None:
         """Return the id of the goal whose motion is played at `tick`, or None at rest and during a stop."""
@@ -190,6 +192,13 @@ class Ledger:
             goal.result.first_contact = touch
         if goal.touched is None and touch.other == BALL:
             goal.touched = tick
+
+    def _end_replaced(self, goal: ActiveGoal, successor: ActiveGoal) -> None:
+        if goal.closing == "succeeded":
+            outcome = "preempted" if goal.result.hit is None else "succeeded"
+            self._end(goal, outcome, f"goal {successor.result.goal_id} took over")
+        else:
+            self._end(goal, goal.closing, goal.reason)
 
     def _end(self, goal: ActiveGoal, outcome: m.Outcome, reason: str) -> None:
         hit = goal.result.hit

@@ -49,7 +49,7 @@ class ControllerLoop:
         self._handshake = ArmHandshake(bus, config, log, clock)
         self._leases = ClientLeases(self._core, log)
         self._checker = TrajectoryChecker(config, StrayPuts(bus, log), log, wake=self._states.wake)
-        self._requests = Requests(self._core, self._leases, self._checker, wake=self._states.wake)
+        self._requests = Requests(self._core, self._leases, self._checker, self._catch_up, wake=self._states.wake)
         self._publications = Publications(bus, self._core, log, clock)
         self._contacts: deque[bytes] = deque(maxlen=WAITING_CONTACTS)
         self._refusals = ThrottledLog(log)
@@ -103,9 +103,7 @@ class ControllerLoop:
         """
         taken = self._states.take(self._watchdog.time_left)
         waiting = [taken] if taken is not None else []
-        while waiting and self._arm_clock == "realtime" and (newer := self._states.take()) is not None:
-            waiting.append(newer)
-        return waiting
+        return waiting + self._states.take_all() if waiting and self._arm_clock == "realtime" else waiting
 
     def _answer(self, received: list[bytes]) -> None:
         """Answer the newest valid state and count invalid ones after it; without a valid one, count the silence."""
@@ -122,6 +120,11 @@ class ControllerLoop:
         if silent == self._config.silence_ticks and self._arm_clock == "realtime" and self._core.states.newest:
             self._log.error("the arm fell silent; any motion is aborted")
             self._core.raise_fault(f"no state for {silent} ticks")
+
+    def _catch_up(self) -> None:
+        """Process the states that are there, for a motion whose sender may know that the arm no longer follows."""
+        for body in self._states.take_all():
+            self._answer([body])
 
     def _attend(self) -> None:
         """Apply at most one event of each kind, answer at most one request a tick, and publish."""

@@ -17,12 +17,18 @@ class Requests:
     """Answers one request at a time: stops before motions, motions before requests that only read."""
 
     def __init__(
-        self, core: Controller, leases: ClientLeases, checker: TrajectoryChecker, wake: Callable[[], object]
+        self,
+        core: Controller,
+        leases: ClientLeases,
+        checker: TrajectoryChecker,
+        catch_up: Callable[[], object],
+        wake: Callable[[], object],
     ) -> None:
-        """Prepare; `wake` is called once a request can be answered."""
+        """Prepare; `catch_up` processes the newest states, and `wake` is called once a request can be answered."""
         self._core = core
         self._leases = leases
         self._checker = checker
+        self._catch_up = catch_up
         self._commands: Inbox[PendingQuery] = Inbox(wake=wake)
         self._questions: Inbox[PendingQuery] = Inbox(wake=wake)
         self._handlers: dict[str, Callable[[Any], Any]] = {
@@ -46,6 +52,7 @@ class Requests:
             self._handle(query)
         elif (checked := self._checker.take()) is not None:
             query, trajectory = checked
+            self._catch_up()
             _reply(query, lambda: self._core.execute(trajectory, self._leases.clients, time.time_ns()))
         elif (query := self._questions.take()) is not None:
             self._handle(query)

@@ -1,7 +1,12 @@
 """Admission of the arm's states."""
 
+from collections import deque
+
 from protocol import messages as m
 from protocol.errors import Refusal
+
+REMEMBERED = 16
+"""Number of earlier runs whose late states are refused: they would begin a run, which ends all goals and a fault."""
 
 
 class States:
@@ -10,17 +15,29 @@ class States:
     Attributes:
         newest: None before the first.
         stepped: Whether the clock is stepped. A run's number is then its seed, so a run with the same number may start.
+        realtime: Whether the arm does not wait for answers.
     """
 
-    def __init__(self, joint_count: int) -> None:
+    def __init__(self, joint_count: int, silence_ticks: int) -> None:
         self.newest: m.State | None = None
         self.stepped = False
-        self._lengths = (joint_count,) * 4
+        self.realtime = False
+        self._silence_ticks = silence_ticks
+        self._first: m.State | None = None
+        self._left: deque[int] = deque(maxlen=REMEMBERED)
+        self._lengths = (joint_count,) * 5
 
     def admits(self, state: m.State) -> bool:
         """Return whether `state` fits the arm and is newer than the newest one."""
         again = self.stepped and state.tick == 0 and not (state.condition != "ready" and self.repeats(state))
-        return self._fits(state) and (again or not self.has_seen(state.run, state.tick))
+        stale = not self.stepped and state.run in self._left
+        return self._fits(state) and not stale and (again or not self.has_seen(state.run, state.tick))
+
+    def take(self, state: m.State) -> None:
+        """Store an admitted state as the newest."""
+        if self.newest is not None and state.run != self.newest.run:
+            self._left.append(self.newest.run)
+        self.newest = state
 
     def repeats(self, state: m.State) -> bool:
         """Return whether `state` fits the arm and is of the newest state's tick.
@@ -34,6 +51,18 @@ class States:
         """Return whether `state`, which must be admitted, is the first of a run."""
         return self.newest is None or state.run != self.newest.run or state.tick <= self.newest.tick
 
+    def must_wait(self, state: m.State) -> bool:
+        """Return whether the arm may follow an earlier controller still, with an acceleration that it does not publish.
+
+        After `silence_ticks` it brakes, and ignores commands until it rests. With another clock it would wait for the
+        answer instead.
+        """
+        if not self.realtime or state.accelerations is not None:
+            return False
+        if self._first is None or self._first.run != state.run:
+            self._first = state
+        return state.tick - self._first.tick < self._silence_ticks
+
     def has_seen(self, run: int, tick: int) -> bool:
         """Return whether the newest state is that of `tick` in `run`, or a later one."""
         return self.newest is not None and self.newest.run == run and tick <= self.newest.tick
@@ -41,8 +70,9 @@ class States:
     def _fits(self, state: m.State) -> bool:
         """Return whether `state` has a tick, and values for each joint."""
         truth = state.truth or state
-        given = len(state.positions), len(state.velocities), len(truth.positions), len(truth.velocities)
-        return state.tick >= 0 and given == self._lengths
+        accelerations = state.positions if state.accelerations is None else state.accelerations
+        given = state.positions, state.velocities, truth.positions, truth.velocities, accelerations
+        return state.tick >= 0 and tuple(map(len, given)) == self._lengths
 
     def require(self) -> m.State:
         """Return the newest state.

@@ -1,6 +1,7 @@
 """The reference trajectory: spliced segments, one sample a tick."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,13 +43,18 @@ class Timeline:
         here = np.array(positions, dtype=float)[None, :]
         self._segments = [Segment(tick, Samples(here, still, still))]
 
-    def give_way(self, state: State) -> None:
-        """Drop all segments and stop from the measured `state`, inside the limits of velocity, acceleration and jerk.
+    def give_way(self, state: State, accelerations: Sequence[float] | None = None, delay: int = 0) -> None:
+        """Drop all segments and, from the measured `state`, keep `accelerations` for `delay` ticks and then stop.
 
+        accelerations: (J,), rad/s², by default 0. The stop keeps the limits of velocity, acceleration and jerk.
         Position limits are not guaranteed, because the start is given.
         """
-        velocities = np.clip(state.velocities, -self._limits.velocities, self._limits.velocities)
-        self._segments = [self._stop_from(state.tick, np.array(state.positions), velocities, 0 * velocities)]
+        limits, times = self._limits, np.arange(delay + 1)[:, None] * self._length
+        velocities = np.clip(state.velocities, -limits.velocities, limits.velocities)
+        kept = np.clip(accelerations or 0 * velocities, -limits.accelerations, limits.accelerations)
+        positions = np.array(state.positions) + times * (velocities + times / 2 * kept)
+        self._segments = [Segment(state.tick, Samples(positions, velocities + times * kept, kept + 0 * times))]
+        self._splice_stop(state.tick + delay)
 
     def splice(self, segment: Segment) -> None:
         """Let `segment` replace everything from its start on."""

@@ -87,6 +87,7 @@ class PlannedCurves:
         gap = motion.begin - 1 if motion.corrects else motion.begin
         for before in self._motions:
             before.end = min(before.end, gap)
+        self._motions = [before for before in self._motions if before.begin < before.end]
         if motion.corrects:
             self._break_curves(gap)
             row = Rows(motion.ticks[:1], self._context.rate_hz)

@@ -120,7 +120,15 @@ RANGES: dict[type, dict[str, float]] = {
 """Fields that are at least 0 and less than a bound."""
 
 OF_JOINTS: dict[type, tuple[str, ...]] = {
-    m.State: ("positions", "velocities", "torques", "saturated", "truth.positions", "truth.velocities"),
+    m.State: (
+        "positions",
+        "velocities",
+        "torques",
+        "saturated",
+        "truth.positions",
+        "truth.velocities",
+        "accelerations",
+    ),
     m.Command: ("accelerations", "positions", "velocities"),
     m.Status: ("error.positions", "error.velocities"),
     m.Result: ("hit.position_error", "hit.velocity_error"),

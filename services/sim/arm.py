@@ -259,6 +259,7 @@ class SimulatedArm(Backend):
             true_velocities=true_velocities,
             held=self._held.positions(),
             condition="guiding" if self._guidance else "ready",
+            reason="`guide` was requested" if self._guidance else "",
         )
 
     def _checked_pose(self, positions: list[float]) -> np.ndarray:

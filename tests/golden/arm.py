@@ -20,6 +20,7 @@ ARM: dict[str, Struct] = {
         condition="reflex",
         reason="joint_2 met more force than it may",
         held={"finger": 0.03125},
+        accelerations=[30.0, -15.0, 0.5, 0.0, 0.0, 0.25],
     ),
     "Description": m.Description(
         joint_names=JOINTS,

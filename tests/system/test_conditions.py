@@ -15,7 +15,7 @@ def test_a_goal_right_after_guide_is_refused(stack: Stack):
             stack.step(ticks)
         assert stack.bus.ask(topics.GUIDE, m.Empty()).condition == "guiding"
         refusal = stack.refused_goal()
-        assert (refusal.code, refusal.detail["fault"]) == ("fault", "the arm is guided by hand")
+        assert (refusal.code, refusal.detail["fault"]) == ("fault", "the arm is guided by hand: `guide` was requested")
         assert stack.bus.ask(topics.RECOVER, m.Empty()).condition == "ready"
         assert stack.strike().goal_id
 
@@ -41,7 +41,9 @@ def test_an_arm_whose_controller_was_killed_in_motion_is_stopped_by_the_next_one
     assert stack.mode() == "stopping"
     stack.step(500)
     assert stack.mode() == "holding"
-    after = [command for command in stack.commands() if command.tick >= before.tick]
+    after = [command for command in stack.commands() if command.tick >= before.tick - 1]  # one of the killed controller
+    changes = np.abs(np.diff([command.feedforward for command in after if command.feedforward], axis=0))
+    assert np.all(changes <= ROBOT.limits.jerks * ROBOT.tick * (1 + 1e-3))
     accelerations = np.array([command.accelerations for command in after])
     assert np.all(np.abs(accelerations) <= ROBOT.limits.accelerations)
     assert np.abs(stack.state().velocities).max() < 1e-3

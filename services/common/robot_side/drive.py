@@ -84,6 +84,11 @@ class Drive:
         self._ready = ready
 
     @property
+    def accelerations(self) -> np.ndarray | None:
+        """Accelerations (J,) of the newest setpoint, rad/s²; None if the arm did not follow it."""
+        return self._setpoint.accelerations if self._ready else None
+
+    @property
     def accelerates(self) -> bool:
         """Whether the reference accelerates by more than the jerk limit allows to drop in one tick."""
         most = self._config.limits.jerks * self._config.tick

@@ -29,6 +29,7 @@ def state_message(now: Observation, drive: Drive, applied_tick: int) -> m.State:
         condition=condition,
         reason=reason,
         held=dict(now.held),
+        accelerations=None if drive.accelerations is None else drive.accelerations.tolist(),
     )
 
 

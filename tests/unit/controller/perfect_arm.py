@@ -27,6 +27,7 @@ class PerfectArm:
         self.brake = False
         self.clients: set[str] = set()
         self.positions, self.velocities = ROBOT.home.copy(), np.zeros(JOINTS)
+        self.accelerations = np.zeros(JOINTS)
         self.commands: list[m.Command] = []
 
     def state(self, **changes: object) -> m.State:
@@ -34,7 +35,7 @@ class PerfectArm:
         state = m.State(
             run=self.run, tick=self.tick, time=self.tick * TICK, positions=self.positions.tolist(),
             velocities=self.velocities.tolist(), torques=[0.0] * JOINTS, saturated=[False] * JOINTS,
-            brake=self.brake, applied_tick=self.tick - 1,
+            brake=self.brake, applied_tick=self.tick - 1, accelerations=self.accelerations.tolist(),
         )  # fmt: skip
         return msgspec.structs.replace(state, **changes)
 
@@ -44,15 +45,19 @@ class PerfectArm:
             command = self.controller.answer(self.state(), now_ns=self.tick)
             assert command is not None
             self.commands.append(command)
-            accelerations = np.array(command.accelerations)
-            self.positions = self.positions + TICK * (self.velocities + TICK / 2 * accelerations)
-            self.velocities = self.velocities + TICK * accelerations
+            self.accelerations = np.array(command.accelerations)
+            self.positions = self.positions + TICK * (self.velocities + TICK / 2 * self.accelerations)
+            self.velocities = self.velocities + TICK * self.accelerations
             self.tick += 1
 
 
 def trajectory(controller: Controller, start: int, goal_id: str = "goal", **fields: object) -> m.Trajectory:
-    """Return a push of 10 rad/s² on the first joint for 200 ticks with soft ends, the hit at 200, and a stop."""
-    reference = controller.reference(m.ReferenceRequest(lead=0.0))
+    """Return a push of 10 rad/s² on the first joint for 200 ticks with soft ends, the hit at 200, and a stop.
+
+    It begins at tick `start`, at which the reference must rest.
+    """
+    lead = max(0.0, start * TICK - controller.status().time)
+    reference = controller.reference(m.ReferenceRequest(lead=lead))
     origin = np.array(reference.positions)
     shape = np.clip(np.minimum(np.arange(201), 200 - np.arange(201)) / 20.0, 0.0, 1.0)
     accelerations = np.zeros((201, JOINTS))

@@ -155,6 +155,7 @@ def state(tick: int, **changes: Any) -> m.State:
         saturated=[False] * CONFIG.joint_count,
         brake=False,
         applied_tick=tick - 1,
+        accelerations=still,
     )
     return structs.replace(at_rest, **changes)
 

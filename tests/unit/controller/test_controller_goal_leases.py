@@ -1,7 +1,7 @@
 """Leases: who may move the arm while a client holds one, and when it ends."""
 
 from services.controller.modes import Mode
-from tests.unit.controller.perfect_arm import ROBOT, PerfectArm, execute, refused, trajectory
+from tests.unit.controller.perfect_arm import PerfectArm, execute, refused, trajectory
 
 
 def test_leases(arm: PerfectArm):
@@ -29,12 +29,13 @@ def test_a_lease_counts_until_its_goal_is_over(arm: PerfectArm):
     """It counts even if the same client's next goal, without a lease, is accepted."""
     controller = arm.controller
     arm.clients.add("alice")
-    execute(arm, trajectory(controller, 30, client_id="alice", lease=True))
-    arm.turn(10)
-    execute(arm, trajectory(controller, 30, "follow-up", client_id="alice"))
+    first = trajectory(controller, 30, client_id="alice", lease=True)
+    execute(arm, first)
+    arm.turn(100)
+    execute(arm, trajectory(controller, 30 + first.count, "follow-up", client_id="alice"))
     arm.clients.discard("alice")
     controller.end_lease("alice")
     assert controller.mode is Mode.STOPPING
     arm.turn(300)
     assert [controller.ledger.result(name).outcome for name in ("goal", "follow-up")] == ["canceled", "canceled"]
-    assert all(command.positions == ROBOT.home.tolist() for command in arm.commands)
+    assert not any(arm.commands[-1].velocities)

@@ -50,15 +50,24 @@ def test_a_successor_ends_a_goal_at_its_own_start(has_hit: bool, outcome: str):
     assert [goal.result.goal_id for goal in ledger.active] == ["b"]
 
 
-def test_of_three_goals_the_earliest_successor_counts():
-    """The second goal is replaced before it begins."""
+def test_a_goal_that_is_replaced_before_it_begins_ends_at_once():
+    """It would otherwise be examined at every tick, and thousands could wait for the same start."""
     ledger = Ledger()
     for name, start in (("a", 0), ("b", 50), ("c", 40)):
         ledger.open(running(name, start))
+    assert outcomes(ledger) == {"b": "preempted"}
+    assert "c" in ledger.result("b").reason
     ledger.close_due(39)
     assert outcomes(ledger) == {}
     ledger.close_due(40)
-    assert outcomes(ledger) == {"a": "preempted", "b": "preempted"}
+    assert outcomes(ledger) == {"a": "preempted"}
+
+
+def test_thousands_of_goals_for_the_same_start_leave_one():
+    ledger = Ledger()
+    for number in range(5000):
+        ledger.open(running(str(number), 40))
+    assert [goal.result.goal_id for goal in ledger.active] == ["4999"]
 
 
 def test_a_cancel_ends_at_rest():

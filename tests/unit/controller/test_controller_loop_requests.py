@@ -10,6 +10,7 @@ from msgspec import structs
 
 from protocol import messages as m
 from protocol import topics
+from protocol.errors import Refusal
 from tests.unit.controller.running_loop import RunningLoop
 from tests.unit.controller.stand_ins import CONFIG, Request, state, staying
 
@@ -34,6 +35,22 @@ def test_requests_are_answered_while_the_arm_is_silent(running: RunningLoop):
         for _ in range(3):
             running.turn()
             assert [each.answer is not None for each in sent].count(True) == expected
+
+
+@pytest.mark.parametrize("clock", ["realtime", "paced", "stepped"])
+def test_a_motion_does_not_overtake_the_states_that_came_before_it(
+    start_loop: Callable[..., RunningLoop], clock: m.Clock
+):
+    """A client that has the reply to `guide` must not start a motion, also if the loop was about to take one."""
+    running = start_loop(clock)
+    running.turn(state(0))
+    stream = running.bus.streams["state"]
+    sent = running.bus.request(topics.EXECUTE, staying(30, 1))
+    assert stream.take(10.0) is None  # the checked motion wakes the loop
+    stream.wake()
+    running.turn(state(0, condition="guiding"))
+    assert isinstance(sent.answer, Refusal)
+    assert sent.answer.code == "fault"
 
 
 SLOW = dataclasses.replace(CONFIG, rate_hz=0.1)

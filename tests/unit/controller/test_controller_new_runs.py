@@ -12,7 +12,9 @@ def test_tick_0_of_the_same_run_begins_a_new_run_in_stepped_time(arm: PerfectArm
     execute(arm, trajectory(arm.controller, 30))
     arm.turn(100)
     pose = (ROBOT.home + 0.1).tolist()
-    command = arm.controller.answer(arm.state(tick=0, positions=pose, velocities=[0.0] * JOINTS), 0)
+    still = [0.0] * JOINTS
+    begun = arm.state(tick=0, positions=pose, velocities=still, accelerations=still)
+    command = arm.controller.answer(begun, 0)
     assert command is not None
     assert command.positions == pose
     assert arm.controller.ledger.result("goal").outcome == "aborted"

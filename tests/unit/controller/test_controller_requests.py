@@ -28,7 +28,7 @@ class Setup:
         puts = StrayPuts(self.bus, log)  # type: ignore[arg-type]
         self.checker = TrajectoryChecker(CONFIG, puts, log, self.checked.set)
         leases = ClientLeases(self.core, log)
-        self.requests = Requests(self.core, leases, self.checker, self.woken.set)
+        self.requests = Requests(self.core, leases, self.checker, lambda: None, self.woken.set)
         self.requests.open(self.bus)  # type: ignore[arg-type]
         self.checker.start()
 

@@ -11,7 +11,7 @@ from tests.unit.controller.stand_ins import CONFIG, state
 @pytest.fixture
 def states() -> States:
     """The newest state is tick 5 of run 1."""
-    states = States(CONFIG.joint_count)
+    states = States(CONFIG.joint_count, CONFIG.silence_ticks)
     states.newest = state(5)
     return states
 
@@ -33,6 +33,16 @@ def test_an_old_or_malformed_state_is_not_answered(states: States, bad: m.State)
     assert not states.admits(bad)
 
 
+def test_a_late_state_of_an_earlier_run_is_not_answered(states: States):
+    """It would begin a run, which ends all goals and a fault. With the clock stepped a run's number may be repeated."""
+    states.take(state(0, run=2))
+    assert not states.admits(state(6))
+    assert states.admits(state(1, run=2))
+    assert states.admits(state(0, run=3))
+    states.stepped = True
+    assert states.admits(state(6))
+
+
 @pytest.mark.parametrize(
     ("good", "opens"), [(state(6), False), (state(900), False), (state(0, run=2), True), (state(7, run=2), True)]
 )
@@ -43,7 +53,7 @@ def test_a_newer_state_is_answered(states: States, good: m.State, opens: bool):
 
 
 def test_the_first_state_opens_a_run():
-    states = States(CONFIG.joint_count)
+    states = States(CONFIG.joint_count, CONFIG.silence_ticks)
     assert states.admits(state(700))
     assert states.opens_run(state(700))
 
@@ -64,5 +74,5 @@ def test_ticks_up_to_the_newest_have_been_received(states: States):
 def test_before_the_first_state_there_is_none_to_ask_for(states: States):
     assert states.require() == state(5)
     with pytest.raises(Refusal) as caught:
-        States(CONFIG.joint_count).require()
+        States(CONFIG.joint_count, CONFIG.silence_ticks).require()
     assert (caught.value.code, caught.value.detail) == ("unavailable", {"service": "sim"})

@@ -1,9 +1,13 @@
 """The cache of replies: a repeated goal gets the same reply, within bounds on number and bytes."""
 
+import tracemalloc
+
 import msgspec
 import pytest
 
 from protocol import messages as m
+from protocol import topics
+from protocol.codec import decode, encode
 from protocol.errors import Refusal
 from services.planner.idempotency import ReplyCache
 from tests.golden.examples import EXAMPLES
@@ -49,3 +53,15 @@ def test_the_total_size_of_replies_is_bounded():
     for name in "abc":
         answers.keep(goal(name), reply(name, trajectory_bytes=160))
     assert [answers.find(goal(name)) is not None for name in "abc"] == [False, True, True]
+
+
+def test_of_a_goal_only_a_digest_is_kept():
+    """A goal with 256 alternatives takes 250 kB of memory, and a thousand goals are remembered."""
+    answers, alternatives = ReplyCache(), [m.Alternative(positions=[0.5] * 6) for _ in range(m.MAX_ALTERNATIVES)]
+    body = encode(msgspec.structs.replace(GOAL, alternatives=alternatives))
+    tracemalloc.start()
+    for number in range(20):
+        answers.keep(decode(body, m.Goal, topics.GOAL.max_bytes), reply(str(number)))
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert kept < 20 * len(body)

@@ -1,8 +1,15 @@
 """Plans and their limits in the trace: when a curve begins, ends and breaks."""
 
+import weakref
+from pathlib import Path
+
 import numpy as np
 
 from protocol.topics import ENDED, PLAN, STATE
+from services.recorder.blueprint import build_blueprint
+from services.recorder.context import Context
+from services.recorder.planned_curves import PlannedCurves, planned_motion
+from services.recorder.writer import TraceWriter
 from tests.unit.recorder.recorder_messages import RUN, plan, result, state
 from tests.unit.recorder.recorder_to_file import CONFIG, RecorderToFile, joints
 
@@ -73,6 +80,19 @@ def test_a_replaced_plan_ends_where_the_next_begins(recorder: RecorderToFile) ->
     assert np.array_equal(trace.column("/joints/joint_1/position/planned").ticks(), range(10, 70))
     positions = np.frombuffer(after.positions).reshape(30, 6)
     assert np.array_equal(trace.scalars("/joints/joint_1/position/planned")[30:], positions[:, 0])
+
+
+def test_a_plan_that_is_replaced_before_it_begins_is_dropped(tmp_path: Path) -> None:
+    """With the stepped clock thousands may come without a tick in between, each of up to 17 MB."""
+    context = Context(TraceWriter(build_blueprint(CONFIG, live=False), tmp_path / "trace.rrd", None), CONFIG)
+    curves = PlannedCurves(context)
+    first = planned_motion(plan(0.010), context)
+    samples = weakref.ref(first.curves["position"])
+    curves.add(first)
+    del first
+    assert samples() is not None
+    curves.add(planned_motion(plan(0.010, goal_id="g2"), context))
+    assert samples() is None
 
 
 def test_a_correction_is_an_event_with_its_phase_and_breaks_the_curves(recorder: RecorderToFile) -> None:

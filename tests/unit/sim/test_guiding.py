@@ -38,7 +38,7 @@ def push(arm: SimulatedArm, values: list[float], duration: float) -> None:
 
 
 def test_a_guided_arm_reports_its_condition_and_does_not_fall(arm):
-    assert arm.observe().condition == "guiding"
+    assert (arm.observe().condition, arm.observe().reason) == ("guiding", "`guide` was requested")
     assert np.abs(follow(arm, 500) - CONFIG.home).max() < 1e-3
 
 
