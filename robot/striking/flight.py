@@ -79,7 +79,7 @@ class Air:
         object.__setattr__(self, "constant", self.wind - [0.0, 0.0, GRAVITY])
         object.__setattr__(self, "spins", bool(self.spin.any()))
 
-    def bends(self, ball: Ball) -> bool:
+    def depends_on_velocity(self, ball: Ball) -> bool:
         """Return whether the acceleration depends on the velocity."""
         return bool(self.drag or (ball.magnus and self.spins))
 
@@ -104,7 +104,7 @@ def fly(
     """
     t = np.asarray(times)[..., None]
     first = acceleration(ball, air, velocities)
-    if not air.bends(ball):
+    if not air.depends_on_velocity(ball):
         return positions + velocities * t + first * (t * (t + ball.step) / 2), velocities + first * t
     second = acceleration(ball, air, velocities + first * (t / 2))
     third = acceleration(ball, air, velocities + second * (t / 2))
@@ -119,7 +119,7 @@ def travel(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray, steps: int = AIM_STEPS
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the same as `fly` for long times (…), in several steps if the acceleration depends on the velocity."""
-    steps = steps if air.bends(ball) else 1
+    steps = steps if air.depends_on_velocity(ball) else 1
     for _ in range(steps):
         positions, velocities = fly(ball, air, positions, velocities, times / steps)
     return positions, velocities
@@ -154,7 +154,7 @@ def aim(
     t, half = times[:, None], contact / 2
     leaves = positions + incoming * half
     velocities = ((target - leaves) / t - air.constant * ((t + ball.step) / 2)) / (1 - half / t)
-    if not air.bends(ball):
+    if not air.depends_on_velocity(ball):
         return velocities, leaves - velocities * half, velocities + air.constant * t
     arrivals = velocities
     for _ in range(AIM_ROUNDS):
@@ -174,12 +174,12 @@ def landing_gradient(velocities: np.ndarray, arrivals: np.ndarray, times: np.nda
     return found
 
 
-def above_net(
+def net_clearance(
     ball: Ball, air: Air, net: Net, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
     """Return the distances (n,), m, of the ball's lower edge above the net; inf if it does not cross it in `times`."""
     normal = net.normal / np.linalg.norm(net.normal)
-    steps = AIM_STEPS if air.bends(ball) else 1
+    steps = AIM_STEPS if air.depends_on_velocity(ball) else 1
     width = times[:, None] / steps
     states = [(positions, velocities)]
     for _ in range(steps):

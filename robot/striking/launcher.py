@@ -12,7 +12,8 @@ import numpy as np
 from robot.court import CourtConfig
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
-from robot.striking.flight import GRAVITY, Air, Ball, travel
+from robot.striking.conversions import ball_of
+from robot.striking.flight import GRAVITY, Air, travel
 
 Kind = Literal["bounce", "volley", "any"]
 STEP_S = 0.001
@@ -71,8 +72,7 @@ class Launcher:
         """
         if config.ball is None or config.court is None or config.court.net is None:
             raise NoThrow(f"{config.name} has no ball, or no court with a net; give it [ball] and [court] with a net")
-        ball, step = config.ball, float(config.model.opt.timestep)
-        self._flight = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, step)
+        self._flight = ball_of(config)
         self._court: CourtConfig = config.court
         self._random = np.random.default_rng(seed)
         self._kind = kind

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from robot.striking.flight import Air, Ball, Net, above_net, aim, fly, landing_gradient, travel
+from robot.striking.flight import Air, Ball, Net, aim, fly, landing_gradient, net_clearance, travel
 
 STEP = 0.002
 AIRS = {"vacuum": Air(), "wind": Air(wind=np.array([0.0, 1.0, 0.0])), "drag": Air(drag=0.02)}
@@ -64,6 +64,6 @@ def test_the_clearance_above_the_net_is_measured_where_the_ball_crosses_it():
     net = Net(np.array([0.0, 0.0, 0.9]), np.array([1.0, 0.0]), 0.9)
     ball, starts = Ball(0.1, 0.025), np.array([[1.0, 0.0, 1.2], [1.0, 3.0, 1.2], [-0.1, 0.0, 1.2]])
     velocities = np.tile([-2.0, 0.0, 1.0], (3, 1))
-    found = above_net(ball, Air(), net, starts, velocities, np.ones(3))
+    found = net_clearance(ball, Air(), net, starts, velocities, np.ones(3))
     assert found[0] == pytest.approx(1.2 + 0.5 - 9.81 / 8 - 0.025 - 0.9, abs=1e-6)
     assert np.isinf(found[1:]).all()
