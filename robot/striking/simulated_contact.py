@@ -43,11 +43,10 @@ class SimulatedContact:
         self,
         config: RobotConfig,
         ball: str,
-        phases: tuple[float, ...] = (0.25, 0.75),
         alpha: float = 0.0,
     ) -> None:
         self.law = ContactLaw(0.0, 0.0)
-        self.phases = phases
+        self.phases: tuple[float, ...] = (0.25, 0.75)
         self._model = model = config.load_model()
         self._alpha = alpha if config.tick < 1.5 * model.opt.timestep else 0.0
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
