@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +41,10 @@ class Loop:
         self._bus = bus
         self._inbox = inbox
         self._striker = striker
+        self._handlers: dict[str, Callable[[Any], Any]] = {
+            topics.STRIKE.key: striker.start,
+            topics.STRIKE_STOP.key: lambda _: striker.stop(),
+        }
         self._malformed = ThrottledLog(log)
         self._log = log
 
@@ -49,8 +54,9 @@ class Loop:
             stray_puts = StrayPuts(self._bus, self._log)
             for topic in LISTENED:
                 self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
-            self._bus.serve(topics.STRIKE, self._inbox)
-            self._bus.serve(topics.STRIKE_STOP, self._inbox)
+            for query in topics.QUERIES:
+                if query.owner == "striker":
+                    self._bus.serve(query, self._inbox)
             self._bus.announce("striker")
         urgency = Urgency()
         while not stopping.is_set():
@@ -107,8 +113,4 @@ class Loop:
     def _serve(self, query: PendingQuery) -> None:
         """Reply to a request, or refuse it."""
         with refusing(query, "striker", self._log):
-            match request := query.decode():
-                case m.StrikeRequest():
-                    query.reply(self._striker.start(request))
-                case _:
-                    query.reply(self._striker.stop())
+            query.reply(self._handlers[query.topic.key](query.decode()))
