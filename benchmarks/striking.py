@@ -115,7 +115,7 @@ class Rally:
             arm.disturb(Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency))
         if flags.wind:
             arm.disturb(Disturb(kind="wind", values=[0.0, flags.wind, 0.0]))
-        arm.throw(Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
+        arm.throw(Throw(position=launch.position, velocity=launch.velocity))
         self._hit_planner.estimator.reset()
         until = launch.flight_time + AFTER_ARRIVAL_S
         while (now := arm.observe().time) < until:
