@@ -52,7 +52,7 @@ def main() -> None:
         link = QuinticLink(bus, inbox, config) if quintic else BusLink(bus, inbox)
         striker = Striker(config, hit_planner, link, library, log, "dmp" if flags.own.method == "dmp" else "qp")
         realtime.freeze_garbage()
-        realtime.receive_first()
+        realtime.prioritise_existing_threads()
         Loop(bus, inbox, striker, log).serve(stopping)
 
     realtime.become_prompt()

@@ -13,7 +13,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from services.common.logs import ThrottledLog
-from services.common.realtime import Urgency, receivers
+from services.common.realtime import Urgency, prioritise_new_threads
 from services.common.refusing import OWN_ERROR, refusing
 from services.common.stray_puts import StrayPuts
 from services.striker.bus_link import GoalAnswer
@@ -50,7 +50,7 @@ class Loop:
 
     def serve(self, stopping: threading.Event) -> None:
         """Serve requests and strike until `stopping` is set; the present motion then ends by itself, at rest."""
-        with receivers():
+        with prioritise_new_threads():
             stray_puts = StrayPuts(self._bus, self._log)
             for topic in LISTENED:
                 self._bus.listen(topic, lambda body, topic=topic: self._inbox.offer(Published(topic, body)))
