@@ -41,7 +41,7 @@ FIRST = 10
 """Goals after a start for which the planner uses a default lead, since it has measured no planning times yet."""
 
 
-Asking = Future[m.GoalReply | None]
+PendingReply = Future[m.GoalReply | None]
 
 
 Summary = dict[str, float | dict[str, int]]
@@ -180,7 +180,7 @@ def corrected(bus: Bus, rate_hz: float, seconds: float) -> Summary:
 
 def _correct(
     client: Client, first: m.GoalReply, rate_hz: float, rng: np.random.Generator, askers: ThreadPoolExecutor
-) -> list[Asking]:
+) -> list[PendingReply]:
     """Correct one swing from its start to shortly before its hit; the target converges to the goal's."""
     asking = []
     hit_in = first.start_time + first.duration - client.bus.ask(topics.STATE_QUERY, m.Empty()).time
@@ -194,7 +194,7 @@ def _correct(
     return asking
 
 
-def _settle(client: Client, asking: list[Asking]) -> None:
+def _settle(client: Client, asking: list[PendingReply]) -> None:
     """Wait for the replies, raise the exception of a thread (`NoAnswer`), and end the benchmark after a fault."""
     for each in asking:
         each.result()

@@ -21,7 +21,7 @@ from benchmarks.cases import Case, draw, forehand, joints_of
 from benchmarks.machine import save
 from benchmarks.timing import milliseconds
 from motion.limits import Limits
-from motion.plan import Warm, plan
+from motion.plan import WarmStart, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest
 from services.common.cell import running_cell
@@ -42,12 +42,12 @@ def part(request: MotionRequest, joints: slice) -> MotionRequest:
     return replace(request, start=only(request.start), goal=only(request.goal), limits=Limits(*kept))
 
 
-def of_joints(warm: Warm, joints: slice) -> Warm:
+def of_joints(warm: WarmStart, joints: slice) -> WarmStart:
     """Return the warm start of some joints."""
-    return Warm(warm.points, warm.rows[joints])
+    return WarmStart(warm.points, warm.rows[joints])
 
 
-def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
+def work(pipe: Any, primitive: Primitive, warms: list[WarmStart]) -> None:
     """Plan the requests from the pipe, each with the index of its warm start, until None is received.
 
     Send back the parts of the plan that the other process needs.
@@ -59,7 +59,7 @@ def work(pipe: Any, primitive: Primitive, warms: list[Warm]) -> None:
 
 
 @contextmanager
-def helper(primitive: Primitive, warms: list[Warm]) -> Iterator[Any]:  # a pipe's type depends on the platform
+def helper(primitive: Primitive, warms: list[WarmStart]) -> Iterator[Any]:  # a pipe's type depends on the platform
     """Run a process that plans with `primitive`; yield the pipe to it."""
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs, primitive, warms), daemon=True)

@@ -19,11 +19,7 @@ import tyro
 from rich.progress import track
 
 from benchmarks.machine import save
-from protocol import messages as m
-from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.bus.sessions import open_session
-from protocol.errors import NoAnswer, Refusal
+from client import NoAnswer, NoRouter, Refusal, connect
 from protocol.messages import Clock
 from services.common.cli import free_endpoint
 
@@ -77,11 +73,9 @@ def play(endpoint: str) -> None:
         RuntimeError: it was refused, or did not succeed.
     """
     try:
-        with Bus(open_session([endpoint])) as bus:
-            reply = bus.ask(topics.GOAL, m.Goal(primitive="forehand"))
-            while (result := bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id))).outcome == "running":
-                time.sleep(POLL_S)
-    except (Refusal, NoAnswer) as error:
+        with connect(endpoint) as arm:
+            result = arm.goal("forehand").wait(PATIENCE_S)
+    except (Refusal, NoAnswer, NoRouter, TimeoutError) as error:
         raise RuntimeError(f"did not play a goal: {error}") from None
     if result.outcome != "succeeded":
         raise RuntimeError(f"the goal was {result.outcome}: {result.reason}")

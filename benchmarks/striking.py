@@ -1,6 +1,6 @@
 """`python -m benchmarks.striking`: balls thrown at the shipped arm and returned, without bus and wall clock.
 
-It uses the striker's mathematics (`services.striker.mind`). Motions are planned by `motion.plan`, checked for
+It uses the striker's mathematics (`services.striker.hit_planner`). Motions are planned by `motion.plan`, checked for
 collisions and torques as in the planner, and played by the simulated arm with the controller's tracking law. A motion
 begins a fixed time after its sight, so only the processor times depend on the machine.
 """
@@ -27,6 +27,7 @@ from motion.errors import MotionError
 from motion.primitive import learn
 from motion.tracking import tracking_acceleration
 from protocol.messages import BallState, Contact, Disturb, Throw
+from robot.court import BALL
 from robot.description import load_robot
 from robot.motion_check import MotionCheck
 from robot.striking.choice import Choice, NoHit, State
@@ -35,14 +36,13 @@ from robot.striking.scoring import Score, score
 from services.common.robot_side.backend import Setpoint
 from services.sim.arm import SimulatedArm
 from services.striker.attempt import Attempt
-from services.striker.mind import Mind
+from services.striker.hit_planner import MIN_SIGHTS, HitPlanner
 from services.striker.orders import Order
+from services.striker.swing import CHOICE_PERIOD_S
 
-MIN_SIGHTS = 5
-TOUCH_WINDOW_S, AFTER_HIT_S, AFTER_ARRIVAL_S = 0.06, 0.4, 2.0
-AGAIN_S = 0.05
-"""Time between choices for a ball without a hit, s."""
-LEGS = "sight", "choice", "correction", "plan", "rehearsal"
+AFTER_HIT_S, AFTER_ARRIVAL_S = 0.4, 2.0
+"""A ball is followed for these times after its landing and its expected arrival, s."""
+LEGS = "sight", "choice", "correction", "plan", "simulated contact"
 AnswerT = TypeVar("AnswerT")
 
 
@@ -81,8 +81,6 @@ class Stroke:
     motions: list[Motion] = field(default_factory=list)
     sights: list[BallState] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
-    decided: float = -np.inf
-    again: float = -np.inf
     refused: int = 0
 
 
@@ -102,7 +100,7 @@ class Rally:
         )
         self._arm = SimulatedArm(config)
         self._launcher = Launcher(config, flags.seed, heights=flags.heights)
-        self._mind = Mind(believed, folder / "learned.json", logging.getLogger("striker"))
+        self._hit_planner = HitPlanner(believed, folder / "learned.json", logging.getLogger("striker"))
         self._order = Order(np.array(flags.target), None, (), flags.period, flags.until)
         self._check = MotionCheck(config)
         self._primitive = learn(Demonstration(*forehand(config.home.tolist())))
@@ -117,14 +115,14 @@ class Rally:
             arm.disturb(Disturb(kind="ball_noise", position_std=flags.noise, latency_s=flags.latency))
         if flags.wind:
             arm.disturb(Disturb(kind="wind", values=[0.0, flags.wind, 0.0]))
-        arm.throw(Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
-        self._mind.estimator.reset()
+        arm.throw(Throw(position=launch.position, velocity=launch.velocity))
+        self._hit_planner.estimator.reset()
         until = launch.flight_time + AFTER_ARRIVAL_S
         while (now := arm.observe().time) < until:
             self._track(stroke, now)
             for contact in arm.contacts():
                 stroke.contacts.append(contact)
-                self._touch(stroke.attempt, contact)
+                self._hit_planner.note_contact(stroke.attempt, contact)
             for sight in arm.sights():
                 stroke.sights.append(sight)
                 self._see(stroke, sight)
@@ -132,7 +130,7 @@ class Rally:
             if (found.landed_time is not None or found.net) and now > (found.hit_time or 0.0) + AFTER_HIT_S:
                 break
         if stroke.attempt.choice is not None:
-            self._mind.judge(stroke.attempt)
+            self._hit_planner.evaluate(stroke.attempt)
         return stroke, self._score(stroke)
 
     def violations(self, stroke: Stroke) -> int:
@@ -142,7 +140,7 @@ class Rally:
 
     def touched(self, stroke: Stroke) -> bool:
         """Return whether the arm touched anything except the ball: itself, the floor, the net."""
-        return any(self._mind.ball_body not in contact.bodies for contact in stroke.contacts)
+        return any(BALL not in contact.bodies for contact in stroke.contacts)
 
     def _score(self, stroke: Stroke) -> Score:
         return score(stroke.contacts, stroke.sights, self._court, self._config.bodies, self._flags.target)
@@ -164,42 +162,35 @@ class Rally:
     def _current(self, stroke: Stroke, time: float) -> Motion | None:
         return next((motion for motion in reversed(stroke.motions) if motion.start <= time + 1e-9), None)
 
-    def _touch(self, attempt: Attempt, contact: Contact) -> None:
-        """Note a contact of ball and racket near the planned touch."""
-        pair = {self._mind.ball_body, self._mind.racket_body}
-        planned = attempt.choice is not None and abs(contact.time - attempt.choice.time) < TOUCH_WINDOW_S
-        if planned and attempt.touch is None and set(contact.bodies) == pair:
-            attempt.touch = contact
-
     def _see(self, stroke: Stroke, sight: BallState) -> None:
         """Process a sight; choose or correct a hit if that is due."""
-        mind, flags, attempt = self._mind, self._flags, stroke.attempt
+        planner, flags, attempt = self._hit_planner, self._flags, stroke.attempt
         now, place = self._arm.observe().time, np.array(sight.position)
         if attempt.choice is not None and sight.time > attempt.choice.time:
             if not attempt.has_flown(sight.time):
                 attempt.sights.append((sight.time, place))
             return
         velocity = None if sight.velocity is None else np.array(sight.velocity)
-        self._timed("sight", lambda: mind.estimator.observe(sight.time, place, velocity))
-        estimate = mind.estimator.estimate
-        if estimate is None or estimate.sights < MIN_SIGHTS or not mind.comes(estimate):
+        self._timed("sight", lambda: planner.estimator.observe(sight.time, place, velocity))
+        estimate = planner.estimator.estimate
+        if estimate is None or estimate.sights < MIN_SIGHTS or not planner.is_approaching(estimate):
             return
-        if estimate.time < stroke.decided + flags.period - 1e-6:
+        if estimate.time < stroke.attempt.sight_time + flags.period - 1e-6:
             return
         if attempt.choice is None:
             self._first(stroke, now)
         elif now < attempt.choice.time - flags.until:
             self._correct(stroke, attempt.choice, now)
-        stroke.decided = estimate.time if stroke.motions else -np.inf
+        stroke.attempt.sight_time = estimate.time if stroke.motions else -np.inf
 
     def _first(self, stroke: Stroke, now: float) -> None:
-        if now < stroke.again:
+        if now < stroke.attempt.next_search:
             return
         start = replace(self._rest, time=now + self._flags.first_lead)
-        stroke.again = now + AGAIN_S
+        stroke.attempt.next_search = now + CHOICE_PERIOD_S
         gc.collect(1)
         try:
-            choices = self._timed("choice", lambda: self._mind.choose(start, self._order))
+            choices = self._timed("choice", lambda: self._hit_planner.choose(start, self._order))
         except NoHit as reason:
             stroke.attempt.reason = str(reason)
             return
@@ -213,11 +204,13 @@ class Rally:
         if current is None:
             return
         try:
-            choices = self._mind.correct(start, self._order, last)
+            choices = self._hit_planner.correct(start, self._order, last)
             while (better := self._timed("correction", lambda: next(choices, None))) is not None:
                 if self._plan(stroke, better, start, current.phase_at(start.time)):
                     stroke.attempt.revisions += 1
-                    stroke.attempt.choice = self._timed("rehearsal", lambda: self._mind.rehearsed(better))
+                    stroke.attempt.choice = self._timed(
+                        "simulated contact", lambda: self._hit_planner.with_simulated_contact(better)
+                    )
                     break
         except NoHit as reason:
             stroke.attempt.reason = str(reason)
@@ -233,7 +226,7 @@ class Rally:
         return True
 
     def _motion(self, choice: Choice, start: State, phase: float) -> Motion | None:
-        follow_through = self._mind.follow_through
+        follow_through = self._hit_planner.follow_through
         motion = make_motion("qp", self._primitive, self._config.limits, start, choice, phase, follow_through)
         try:
             if motion is not None:

@@ -6,11 +6,11 @@ from client.handles import AsyncGoalHandle, AsyncMotionHandle, GoalHandle, Motio
 from client.link import Link
 from client.requests import Requests
 from client.streams import LENGTH, AsyncStream, Stream
-from client.twofold import Awaits, Blocks
+from client.sync_or_async import Async, Sync
 from protocol.topics import MessageT, Publication
 
 
-class Arm(Requests[GoalHandle, MotionHandle], Blocks):
+class Arm(Requests[GoalHandle, MotionHandle], Sync):
     """A robot on the bus, returned by `connect`. Its methods block, and may be called from several threads.
 
     Every method raises `Refusal`, with a `code`, a sentence and a `detail`, if the service refuses the request, and
@@ -41,7 +41,7 @@ class Arm(Requests[GoalHandle, MotionHandle], Blocks):
         return Stream(self._link, topic, length)
 
 
-class AsyncArm(Requests[AsyncGoalHandle, AsyncMotionHandle], Awaits):
+class AsyncArm(Requests[AsyncGoalHandle, AsyncMotionHandle], Async):
     """A robot on the bus, made by `connect_async`. Its methods are those of `Arm`, and are awaited."""
 
     def __init__(self, link: Link) -> None:

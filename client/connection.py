@@ -18,7 +18,7 @@ from protocol.topics import check_robot_name
 
 ROBOT = "arm"
 """The name of the robot that ships with Volley."""
-PATIENCE_S = 2.0
+TIMEOUT_S = 2.0
 """Timeout of the connection to a router."""
 
 
@@ -80,7 +80,7 @@ def _link(
 ) -> Link:
     check_robot_name(robot)
     endpoints = _endpoints(endpoint, config)
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     file = Path(config) if config else None
     try:
         session = open_session(endpoints, (), file, give_up=lambda: time.monotonic() > deadline)
@@ -95,7 +95,7 @@ def _link(
 
 
 def _endpoints(endpoint: str | Sequence[str] | None, config: Path | str | None) -> Sequence[str]:
-    """Return the session's configuration: always as a Zenoh client, which opens no listening endpoint."""
+    """Return the endpoints to connect to: the given ones, those of the configuration, or the default one."""
     configured = _configured(config) if config else []
     if endpoint is None and config is not None and not configured:
         raise ValueError(f"{config} names no endpoint to connect to; give one")

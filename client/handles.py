@@ -6,12 +6,12 @@ from typing import Any, Self, Unpack
 from client.fields import GoalFields
 from client.link import Link
 from client.results import Results
-from client.twofold import Awaits, Blocks, Twofold
+from client.sync_or_async import Async, Sync, SyncOrAsync
 from protocol import messages as m
 from protocol.topics import CANCEL, RESULT
 
 
-class Following:
+class MotionBase:
     """Handle of an accepted motion. Every method raises NoAnswer if the controller does not reply.
 
     Attributes:
@@ -28,7 +28,7 @@ class Following:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.goal_id}>"
 
-    @Twofold
+    @SyncOrAsync
     async def wait(self, timeout: float | None = None) -> m.Result:
         """Wait until the motion has ended and return its result, whatever the outcome.
 
@@ -41,7 +41,7 @@ class Following:
         """
         return await self._results.wait(self.goal_id, timeout)
 
-    @Twofold
+    @SyncOrAsync
     async def result(self) -> m.Result:
         """Return the motion's result so far, with the outcome `running` until it ends.
 
@@ -50,13 +50,13 @@ class Following:
         """
         return await self._link.ask(RESULT, m.ResultRequest(goal_id=self.goal_id))
 
-    @Twofold
+    @SyncOrAsync
     async def cancel(self) -> m.Canceled:
         """Stop this motion inside the limits; a motion that has replaced it continues."""
         return await self._link.ask(CANCEL, m.Cancel(goal_id=self.goal_id))
 
 
-class Correcting(Following):
+class GoalBase(MotionBase):
     """Handle of a goal's motion, which can also be corrected.
 
     Attributes:
@@ -77,7 +77,7 @@ class Correcting(Following):
         self.reply = reply
         self._send = send
 
-    @Twofold
+    @SyncOrAsync
     async def correct(self, **fields: Unpack[GoalFields]) -> Self:
         """Correct this motion while it runs: imitate the rest of the demonstration, to another end.
 
@@ -94,17 +94,17 @@ class Correcting(Following):
         return await self._send(self.primitive, {**fields, "revises": self.goal_id})
 
 
-class MotionHandle(Following, Blocks):
+class MotionHandle(MotionBase, Sync):
     """Handle of an executed trajectory; its methods block."""
 
 
-class AsyncMotionHandle(Following, Awaits):
+class AsyncMotionHandle(MotionBase, Async):
     """Handle of an executed trajectory; its methods are awaited."""
 
 
-class GoalHandle(Correcting, Blocks):
+class GoalHandle(GoalBase, Sync):
     """Handle of a goal's motion; its methods block."""
 
 
-class AsyncGoalHandle(Correcting, Awaits):
+class AsyncGoalHandle(GoalBase, Async):
     """Handle of a goal's motion; its methods are awaited."""

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, Unpack
 from msgspec.structs import replace
 
 from client.fields import GoalFields, Vector
-from client.handles import Correcting, Following
+from client.handles import GoalBase, MotionBase
 from client.link import Link
 from client.results import Results
 from client.simulation import SimulationRequests
 from client.striking import StrikingRequests
+from client.sync_or_async import SyncOrAsync
 from client.trajectories import executable
-from client.twofold import Twofold
 from protocol import messages as m
 from protocol import topics
 from protocol.codec import matrix_bytes
@@ -23,8 +23,8 @@ from protocol.codec import matrix_bytes
 if TYPE_CHECKING:
     import numpy as np
 
-GoalT = TypeVar("GoalT", bound=Correcting)
-MotionT = TypeVar("MotionT", bound=Following)
+GoalT = TypeVar("GoalT", bound=GoalBase)
+MotionT = TypeVar("MotionT", bound=MotionBase)
 
 
 class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
@@ -41,14 +41,14 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """Whether this connection is inside a `lease` block."""
         return self._link.leased
 
-    @Twofold
+    @SyncOrAsync
     async def robots(self) -> list[str]:
         """Return the sorted names of the robots on this bus; empty if the router does not reply."""
         return sorted({robot for robot, _ in await self._link.alive()})
 
     # --- motions --------------------------------------------------------------------------------------
 
-    @Twofold
+    @SyncOrAsync
     async def goal(self, primitive: str, **fields: Unpack[GoalFields]) -> GoalT:
         """Plan and play a motion, and return a handle that waits for its end, stops it or corrects it.
 
@@ -60,7 +60,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """
         return await self._send(primitive, fields)
 
-    @Twofold
+    @SyncOrAsync
     async def plan(self, primitive: str, **fields: Unpack[GoalFields]) -> m.GoalReply:
         """Plan a motion without playing it, and return the plan with its report.
 
@@ -71,7 +71,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """
         return await self._link.ask(topics.GOAL, self._message(primitive, fields, plan_only=True))
 
-    @Twofold
+    @SyncOrAsync
     async def execute(self, motion: m.GoalReply | m.Trajectory, lead: float | None = None) -> MotionT:
         """Play a planned trajectory, or one of your own.
 
@@ -97,7 +97,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         accepted = await self._link.ask(topics.EXECUTE, motion)
         return self._motion_handle(self._link, self._results, accepted.goal_id, accepted.start_time)
 
-    @Twofold
+    @SyncOrAsync
     async def cancel(self, goal_id: str | None = None) -> m.Canceled:
         """Stop the arm inside its limits.
 
@@ -106,27 +106,27 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         """
         return await self._link.ask(topics.CANCEL, m.Cancel(goal_id=goal_id))
 
-    @Twofold
+    @SyncOrAsync
     async def reset(self) -> m.ModeReply:
         """Leave a latched fault; the arm must be at rest."""
         return await self._link.ask(topics.RESET, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def recover(self) -> m.Recovered:
         """Make the arm ready again after a reflex, a stop or braking; a new run begins at its present pose."""
         return await self._link.ask(topics.RECOVER, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def hold(self, joints: Mapping[str, float]) -> m.Held:
         """Move held joints, for example of a gripper, to new values: rad or m, by joint name."""
         return await self._link.ask(topics.HOLD, m.Hold(joints=dict(joints)))
 
-    @Twofold
+    @SyncOrAsync
     async def guide(self) -> m.Guided:
         """Let the arm be guided by hand, weightless and compliant, until `recover`; refused while it moves."""
         return await self._link.ask(topics.GUIDE, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def result(self, goal_id: str) -> m.Result:
         """Return the result of a goal, also while it runs."""
         return await self._link.ask(topics.RESULT, m.ResultRequest(goal_id=goal_id))
@@ -144,7 +144,7 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
 
     # --- primitives -----------------------------------------------------------------------------------
 
-    @Twofold
+    @SyncOrAsync
     async def learn(
         self,
         name: str,
@@ -191,34 +191,34 @@ class Requests(SimulationRequests, StrikingRequests, Generic[GoalT, MotionT]):
         )
         return await self._link.ask(topics.LEARN, request)
 
-    @Twofold
+    @SyncOrAsync
     async def primitives(self) -> list[m.PrimitiveEntry]:
         """Return the library, by name."""
         return (await self._link.ask(topics.PRIMITIVES, m.Empty())).primitives
 
-    @Twofold
+    @SyncOrAsync
     async def forget(self, name: str) -> m.Forgotten:
         """Remove a primitive from the library."""
         return await self._link.ask(topics.FORGET, m.Forget(name=name))
 
     # --- what the arm is and does ---------------------------------------------------------------------
 
-    @Twofold
+    @SyncOrAsync
     async def description(self) -> m.Description:
         """Return the arm's joints, home, limits and clock."""
         return await self._link.ask(topics.DESCRIPTION, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def state(self) -> m.State:
         """Return the newest measured state."""
         return await self._link.ask(topics.STATE_QUERY, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def status(self) -> m.Status:
         """Return the controller's mode, goal, reference, errors and timing."""
         return await self._link.ask(topics.STATUS_QUERY, m.Empty())
 
-    @Twofold
+    @SyncOrAsync
     async def reference(self, lead: float = 0.0) -> m.Reference:
         """Return the state of the reference trajectory, of all motions accepted so far.
 

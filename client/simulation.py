@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from client.asking import Asking
 from client.fields import Vector, triple
-from client.twofold import Twofold
+from client.request_group import RequestGroup
+from client.sync_or_async import SyncOrAsync
 from protocol import messages as m
 from protocol import topics
 
 
-class SimulationRequests(Asking):
+class SimulationRequests(RequestGroup):
     """Requests that only a simulated arm accepts."""
 
-    @Twofold
+    @SyncOrAsync
     async def step(self, ticks: int = 1) -> m.Stepped:
         """Advance the stepped clock.
 
@@ -23,7 +23,7 @@ class SimulationRequests(Asking):
         """
         return await self._link.ask(topics.SIM_STEP, m.Step(ticks=ticks))
 
-    @Twofold
+    @SyncOrAsync
     async def reset_sim(
         self, positions: Vector | None = None, ball: m.Ball | None = None, seed: int = 0
     ) -> m.ResetDone:
@@ -36,7 +36,7 @@ class SimulationRequests(Asking):
         """
         return await self._link.ask(topics.SIM_RESET, m.Reset(positions=_listed(positions), ball=ball, seed=seed))
 
-    @Twofold
+    @SyncOrAsync
     async def throw(self, position: Vector, velocity: Vector, spin: Vector | None = None) -> m.Thrown:
         """Throw the simulated ball, in the present run.
 
@@ -52,7 +52,7 @@ class SimulationRequests(Asking):
         throw = m.Throw(position=triple("position", position), velocity=triple("velocity", velocity), spin=turning)
         return await self._link.ask(topics.SIM_BALL, throw)
 
-    @Twofold
+    @SyncOrAsync
     async def disturb(
         self,
         kind: Literal["acceleration", "torque", "sensor_noise", "ball_noise", "wind", "loss"],

@@ -5,7 +5,7 @@ from typing import Generic, Self
 
 from client.link import Link
 from client.mailboxes import Mailbox
-from client.twofold import Awaits, Blocks, Twofold
+from client.sync_or_async import Async, Sync, SyncOrAsync
 from protocol.codec import decode
 from protocol.topics import MessageT, Publication
 
@@ -19,7 +19,7 @@ class StreamEnded(Exception):
     """The stream or its connection was closed."""
 
 
-class Listening(Generic[MessageT]):
+class StreamBase(Generic[MessageT]):
     """Base of `Stream` and `AsyncStream`; its `with` block or its connection closes it."""
 
     def __init__(self, link: Link, topic: Publication[MessageT], length: int = LENGTH) -> None:
@@ -27,7 +27,7 @@ class Listening(Generic[MessageT]):
         self._box: Mailbox[bytes | None] = link.mailbox(length)
         self._close = link.stream(topic, self._box)
 
-    @Twofold
+    @SyncOrAsync
     async def take(self, timeout: float | None = None) -> MessageT:
         """Remove and return the oldest message in the stream; wait for one if it is empty.
 
@@ -53,7 +53,7 @@ class Listening(Generic[MessageT]):
         self._close()
 
 
-class Stream(Listening[MessageT], Blocks):
+class Stream(StreamBase[MessageT], Sync):
     """The messages of a topic from opening to closing, as an iterator; a full stream drops its oldest message."""
 
     def __iter__(self) -> Iterator[MessageT]:
@@ -72,7 +72,7 @@ class Stream(Listening[MessageT], Blocks):
         self.close()
 
 
-class AsyncStream(Listening[MessageT], Awaits):
+class AsyncStream(StreamBase[MessageT], Async):
     """A `Stream` as an asynchronous iterator."""
 
     def __aiter__(self) -> AsyncIterator[MessageT]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from client.asking import Asking
 from client.fields import Vector, triple
-from client.twofold import Twofold
+from client.request_group import RequestGroup
+from client.sync_or_async import SyncOrAsync
 from protocol import messages as m
 from protocol import topics
 
 
-class StrikingRequests(Asking):
+class StrikingRequests(RequestGroup):
     """Requests that the striker answers."""
 
-    @Twofold
+    @SyncOrAsync
     async def strike(
         self,
         target: Vector,
@@ -50,7 +50,7 @@ class StrikingRequests(Asking):
         )
         return await self._link.ask(topics.STRIKE, request)
 
-    @Twofold
+    @SyncOrAsync
     async def stop_striking(self) -> m.Striking:
         """Stop returning balls; a running motion is played to its end."""
         return await self._link.ask(topics.STRIKE_STOP, m.Empty())

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from motion.errors import CannotStop, MotionError, OutOfTime
-from motion.plan import SplinePlan, Warm, plan
+from motion.plan import SplinePlan, WarmStart, plan
 from motion.primitive import Primitive
 from motion.program.effort import Effort
 from motion.program.imitation import imitated
@@ -47,7 +47,7 @@ def plan_best(
     request: MotionRequest,
     ends: Sequence[End],
     tick: float = 0.001,
-    warm: Warm | None = None,
+    warm: WarmStart | None = None,
     verify: Callable[[SplinePlan], None] | None = None,
 ) -> tuple[int, SplinePlan]:
     """Plan the motion to the feasible end with the least imitation error; return its index and the plan.
@@ -62,7 +62,7 @@ def plan_best(
     scale = _scale(request)
     effort = Effort(EFFORT * max(1.0, request.joint_count / 6))
     least = IMPROVING * effort.left
-    outside, cannot_stop = _hopeless(request, ends)
+    outside, cannot_stop = _infeasible(request, ends)
     tried: dict[int, MotionError] = {}
     best: tuple[float, int, SplinePlan] | None = None
     for index in np.argsort(bounds, kind="stable").tolist():
@@ -132,7 +132,7 @@ def _end_rows(count: int) -> tuple[np.ndarray, np.ndarray]:
     return rows @ space.factor.T, inverses
 
 
-def _hopeless(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
+def _infeasible(request: MotionRequest, ends: Sequence[End]) -> tuple[np.ndarray, np.ndarray]:
     """Which ends (n,) lie outside the limits, and at which of the other ends which joints (n, J) cannot stop."""
     slack = request.limits.slack.T[:2]
     values = np.array([_values(end) for end in ends])

@@ -11,7 +11,7 @@ from motion.trajectory import COEFFICIENTS, Samples, Trajectory
 UNLIMITED = 1e9
 """Stand-in for an acceleration (rad/s²) or jerk (rad/s³) without a limit, so that a stop has a finite duration."""
 
-TOUCH = 1e-9
+STOP_ROUNDING = 1e-9
 """A stop may exceed a limit by this much (rad, rad/s), which is rounding."""
 
 
@@ -135,7 +135,7 @@ def first_stop(samples: Samples, limits: Limits) -> int | None:
     """Index of the first sample from which a stop keeps the position and velocity limits; None if no sample does."""
     stop = fastest_stop(samples.velocities, samples.accelerations, limits.accelerations, limits.jerks)
     p_min, p_max, v_min, v_max = stop.extremes(samples.positions)
-    inside = (p_min >= limits.positions[:, 0] - TOUCH) & (p_max <= limits.positions[:, 1] + TOUCH)
-    inside &= (v_min >= -limits.velocities - TOUCH) & (v_max <= limits.velocities + TOUCH)
+    inside = (p_min >= limits.positions[:, 0] - STOP_ROUNDING) & (p_max <= limits.positions[:, 1] + STOP_ROUNDING)
+    inside &= (v_min >= -limits.velocities - STOP_ROUNDING) & (v_max <= limits.velocities + STOP_ROUNDING)
     each = inside.all(axis=1)
     return int(each.argmax()) if each.any() else None

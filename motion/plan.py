@@ -20,13 +20,13 @@ from motion.program.ending import Ending, ending
 from motion.program.equalities import Fixed, fixed_inside, fixed_values
 from motion.program.feasibility import FeasibilityCheck
 from motion.program.min_duration import min_duration
-from motion.program.optimum import Warm, optimum
+from motion.program.optimum import WarmStart, optimum
 from motion.program.problem import (
+    FEWER_FUNCTIONS,
     FINEST,
+    LEAST_ACCELERATION,
     MANY_FUNCTIONS,
     MIN_FUNCTIONS,
-    THINNED,
-    UNIMITATING,
     USUAL,
     Precision,
     Problem,
@@ -39,20 +39,20 @@ from motion.program.terminal_set import arriving, final_accelerations
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import Samples, Trajectory
 
-__all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "Warm", "plan", "plan_fastest", "prepare"]
+__all__ = ["Active", "Plan", "Report", "Samples", "SplinePlan", "WarmStart", "plan", "plan_fastest", "prepare"]
 
 EFFORT, MAX_EFFORT = 13_000.0, 45_000.0
 """Effort of a plan of up to six joints, and its maximum; it grows with the number of joints, and of functions beyond
 `MANY_FUNCTIONS`. See `motion.program.effort`."""
 
-SHARE, UNIMITATING_SHARE = 0.5, 0.9
+SHARE, LEAST_ACCELERATION_SHARE = 0.5, 0.9
 """Parts of the remaining effort: for the usual precision and each thinned one, and for a motion that does not imitate.
 The remainder is for the finest precision and for the search of another duration."""
 
-HASTY = (USUAL, SHARE), (UNIMITATING, UNIMITATING_SHARE)
+BRIEF_PRECISIONS = (USUAL, SHARE), (LEAST_ACCELERATION, LEAST_ACCELERATION_SHARE)
 """Precisions for a duration in which a motion can hardly imitate."""
 
-FASTEST = (USUAL, 0.35), (UNIMITATING, 0.95)
+FASTEST_PRECISIONS = (USUAL, 0.35), (LEAST_ACCELERATION, 0.95)
 """Precisions for the shortest duration, in which many limits are active but no search follows."""
 
 MIN_IMITATED = 0.25
@@ -120,7 +120,7 @@ class SplinePlan(Plan):
     """
 
     control_points: np.ndarray
-    warm: Warm
+    warm: WarmStart
 
     @property
     def moving(self) -> Trajectory:
@@ -132,7 +132,7 @@ def plan(
     primitive: Primitive,
     request: MotionRequest,
     tick: float = 0.001,
-    warm: Warm | None = None,
+    warm: WarmStart | None = None,
     remedy: bool = True,
     thorough: bool = True,
     effort: Effort | None = None,
@@ -207,7 +207,7 @@ def plan_fastest(primitive: Primitive, request: MotionRequest, tick: float = 0.0
     found = min_duration(request, check, 0, shown, shown, tick) or min_duration(request, check, 0, 1, 1, tick)
     if found is None:
         return plan(primitive, request.stretched(primitive.duration), tick)
-    return plan(primitive, found, tick, remedy=False, precisions=FASTEST)
+    return plan(primitive, found, tick, remedy=False, precisions=FASTEST_PRECISIONS)
 
 
 def _planned(
@@ -215,7 +215,7 @@ def _planned(
     request: MotionRequest,
     fixed: Fixed,
     tick: float,
-    warm: Warm | None,
+    warm: WarmStart | None,
     effort: Effort,
     precision: Precision,
     remedy: bool,
@@ -229,7 +229,7 @@ def _planned(
         # Computed only here, because few motions need it: which final accelerations leave room for the stop.
         effort.spend(int(cannot_stop[0]), STOP)
         problem = build(primitive, request, fixed, final_accelerations(request, remedy), precision)
-        solution.replace(optimum(problem, effort, Warm.of(problem, solution), cannot_stop), cannot_stop)
+        solution.replace(optimum(problem, effort, WarmStart.of(problem, solution), cannot_stop), cannot_stop)
         end = _ending(request, problem, solution)
         if (cannot_stop := end.cannot_stop()).size:
             raise SolverFailed(int(cannot_stop[0]), "the stop after the goal leaves the limits")
@@ -238,7 +238,7 @@ def _planned(
         compared = replace(precision, imitates=True)
         problem = replace(problem, origin=build(primitive, request, fixed, arriving(request), compared).origin)
     report = make_report(primitive, problem, solution, points, end)
-    return SplinePlan(request, end, request.duration, tick, report, points, Warm.of(problem, solution))
+    return SplinePlan(request, end, request.duration, tick, report, points, WarmStart.of(problem, solution))
 
 
 def _ending(request: MotionRequest, problem: Problem, solution: Solution) -> Ending:
@@ -253,5 +253,8 @@ def _precisions(primitive: Primitive, request: MotionRequest) -> list[tuple[Prec
     """Precisions in the order in which they are tried, each with its part of the effort that is left."""
     count = primitive.basis_count
     if count <= MANY_FUNCTIONS and request.duration < MIN_IMITATED * (1 - request.phase) * primitive.duration:
-        return list(HASTY)
-    return [(USUAL, SHARE), *((each, SHARE) for each in THINNED if thinned(count, each.thinning) >= MIN_FUNCTIONS)]
+        return list(BRIEF_PRECISIONS)
+    return [
+        (USUAL, SHARE),
+        *((each, SHARE) for each in FEWER_FUNCTIONS if thinned(count, each.thinning) >= MIN_FUNCTIONS),
+    ]

@@ -14,7 +14,7 @@ from robot.striking.calibration import calibrate
 from robot.striking.choice import State
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
-from robot.striking.estimator import Belief, Estimator
+from robot.striking.estimator import Estimator, NoiseModel
 from robot.striking.options import Options
 from robot.striking.reachability import Reachability
 from robot.striking.simulated_contact import SimulatedContact
@@ -47,13 +47,13 @@ def still(home: np.ndarray) -> Primitive:
 def quintic_of(config: RobotConfig, folder: Path) -> Primitive:
     """Return `quintic` of an arm; its table of postures is stored in `folder`."""
     arm, table = Arm(config, RACKET, BALL), Reachability.of(config, folder)
-    contact = SimulatedContact(config, "target_ball", ContactLaw(0.0, 0.0), arm.offset)
+    contact = SimulatedContact(config, "target_ball")
     return quintic(arm, table, calibrate(arm, table, contact).law, config.home)
 
 
 def quintic(arm: Arm, table: Reachability, law: ContactLaw, home: np.ndarray) -> Primitive:
     """Return a quintic from rest at `home` (7,) to the hit of a central ball."""
-    estimator = Estimator(BALL, court(), Belief(1e-6, restitution_std=1e-4))
+    estimator = Estimator(BALL, court(), NoiseModel(1e-6, restitution_std=1e-4))
     for time in (0.0, 0.008):
         flown = np.array([2.5, 0.0, 0.5]) * time - [0, 0, 9.81 * time * (time + BALL.step) / 2]
         estimator.observe(time, np.array([-0.6, 0.0, 1.85]) + flown)

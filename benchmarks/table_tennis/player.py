@@ -23,9 +23,9 @@ from robot.striking.choice import Choice, NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.corrections import HORIZON_S, Corrections
-from robot.striking.estimator import Belief, Estimator
+from robot.striking.estimator import Estimator, NoiseModel
 from robot.striking.flight import Air
-from robot.striking.learning import Learner, left_with
+from robot.striking.learning import Learner, outgoing_velocity
 from robot.striking.options import Options
 from robot.striking.reachability import Reachability
 from robot.striking.recoil import Recoil
@@ -69,9 +69,8 @@ class Player:
         self._limits = config.limits
         self._arm = Arm(config, RACKET, BALL)
         self._table = Reachability.of(config, folder)
-        nothing = SimulatedContact(config, "target_ball", ContactLaw(0.0, 0.0), self._arm.offset)
-        law = calibrate(self._arm, self._table, nothing).law
-        self._contact = SimulatedContact(config, "target_ball", law, self._arm.offset)
+        self._contact = SimulatedContact(config, "target_ball")
+        self._contact.law = law = calibrate(self._arm, self._table, self._contact).law
         if not variant.noise and not variant.racket:
             self._contact.phases = ()  # the time of the touch is known
         self._law = law
@@ -107,14 +106,14 @@ class Player:
         variant, env = self.variant, self._env
         believed = court(1 + _sign(rng) * variant.table)
         wind = (1.0, 1.0, 0.0) if variant.wind else (0.0, 0.0, 0.0)
-        belief = Belief(
+        noise = NoiseModel(
             max(variant.noise, EXACT_M),
             velocity_std=1e-6,
             restitution_std=0.08 if variant.table else 1e-4,
             wind_std=wind,
             unmodelled=0.02 if variant.noise else 1e-4,
         )
-        estimator = Estimator(BALL, believed, belief)
+        estimator = Estimator(BALL, believed, noise)
         estimator.reset()
         self._chooser.law = self.learner.law
         result, motions = Ball(), list[Motion]()
@@ -189,7 +188,7 @@ class Player:
                     motions.append(motion)
                     result.planned = True
                     result.corrections += last is not None
-                    return choice if last is None else self._chooser.rehearsed(choice)
+                    return choice if last is None else self._chooser.with_simulated_contact(choice)
             result.note = "plan"
         except NoHit as error:
             result.note = error.reason
@@ -252,7 +251,7 @@ class Player:
 
     def _learn(self, choice: Choice, after: list[tuple[float, np.ndarray]]) -> None:
         used = [(time, place) for time, place in after if time > choice.time + 0.012]
-        found = left_with([t for t, _ in used], np.array([p for _, p in used]), choice.time, BALL, Air())
+        found = outgoing_velocity([t for t, _ in used], np.array([p for _, p in used]), choice.time, BALL, Air())
         if found is None:
             return
         velocity, std = found

@@ -91,7 +91,7 @@ def solve(
     found = Solution(problem.origin.copy(), [NO_ROWS] * count, [NO_MULTIPLIERS] * count, [0] * count)
     first = _violated(problem.over if joints is None else problem.over[joints], chosen, stretches=warm is None)
     if warm is None:
-        groups = _hard_ones_first(first, problem.over[0].size)
+        groups = _hard_joints_first(first, problem.over[0].size)
     else:
         beside = _beside(problem, first, warm, ALONE if probe else NEIGHBOURS) if first.size else NO_ROWS
         groups = [np.concatenate([first, beside])]
@@ -117,7 +117,7 @@ def _check_decided(problem: Problem, joints: np.ndarray) -> None:
         raise InfeasibleRows(*where, np.array([row]), np.ones(1))
 
 
-def _hard_ones_first(first: np.ndarray, size: int) -> list[np.ndarray]:
+def _hard_joints_first(first: np.ndarray, size: int) -> list[np.ndarray]:
     """Divide the first rows of all joints, `size` a joint, into those of each hard joint and those of all the rest."""
     which = first // size
     hard = np.bincount(which) > MANY_ROWS

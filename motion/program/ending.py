@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motion.braking import TOUCH, Floats, fastest_stop
+from motion.braking import STOP_ROUNDING, Floats, fastest_stop
 from motion.limits import SIGNS
 from motion.request import Boundary, MotionRequest
 from motion.trajectory import COEFFICIENTS, Trajectory
@@ -29,7 +29,7 @@ class Ending:
         if self.request.tail == "coast":
             return np.zeros(0, dtype=int)
         beyond = SIGNS * (self.reach[:, :2] - self.request.limits.ranges[:, :2])
-        return np.flatnonzero((beyond > TOUCH).any(axis=(1, 2)))
+        return np.flatnonzero((beyond > STOP_ROUNDING).any(axis=(1, 2)))
 
     def trajectory(self) -> Trajectory:
         """The motion from the end of the moving part."""

@@ -38,8 +38,8 @@ class Equalities:
     """Equalities rows·x = targets on the motions x (J, N + 2) of J joints.
 
     rows (J, m, N + 2): zero where a joint's value is free. kind: for each joint, an index of `spans`. spans:
-    orthonormal bases (N, m) of the rows on steps of z, one for each set of prescribed values in each metric. turns: for
-    each span, the matrix from steps of z in a joint's own metric to steps of z in the space's; None if they are the
+    orthonormal bases (N, m) of the rows on steps of z, one for each set of prescribed values in each metric. changes:
+    for each span, the matrix from steps of z in a joint's own metric to steps of z in the space's; None if they are the
     same. adaptation (J, m, N): the least change of z for a unit of each target, in the metric in which the
     demonstration is adapted.
     """
@@ -47,15 +47,17 @@ class Equalities:
     rows: np.ndarray
     kind: list[int]
     spans: list[np.ndarray]
-    turns: list[np.ndarray | None]
+    changes: list[np.ndarray | None]
     adaptation: np.ndarray
 
     def steps(self, joints: Iterable[int], steps: np.ndarray) -> np.ndarray:
         """Convert steps (n, N) of z in the joints' own metrics to steps in the space's metric."""
-        if not any(turn is not None for turn in self.turns):
+        if not any(change is not None for change in self.changes):
             return steps
-        turns = [self.turns[self.kind[joint]] for joint in joints]
-        return np.array([step if turn is None else turn @ step for turn, step in zip(turns, steps, strict=True)])
+        changes = [self.changes[self.kind[joint]] for joint in joints]
+        return np.array(
+            [step if change is None else change @ step for change, step in zip(changes, steps, strict=True)]
+        )
 
     def missed(self, x: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Residuals (J, m) of motions x (J, N + 2) in the equalities with `targets` (J, m)."""
@@ -150,18 +152,18 @@ def _equalities(
     every, on_plain = (_rows(metric, quantity, s) for metric in (space, plain))
     of_joint = [(mask.tobytes(), own[joint] if own else None) for joint, mask in enumerate(masks)]
     kinds = list(dict.fromkeys(of_joint))
-    turns = [metric and space.turn(metric) for _, metric in kinds]
+    changes = [metric and space.steps_from(metric) for _, metric in kinds]
     factored = []
-    for kind, turn in zip(kinds, turns, strict=True):
+    for kind, change in zip(kinds, changes, strict=True):
         mask, joint = np.frombuffer(kind[0], dtype=bool), of_joint.index(kind)
-        rows, span, adaptation = _factored(every, mask, joint, turn)
+        rows, span, adaptation = _factored(every, mask, joint, change)
         if not local:
             *_, adaptation = _factored(on_plain, mask, joint)
             adaptation = space.whitened(adaptation @ plain.whitening)
         factored.append((rows, span, adaptation))
     kind = [kinds.index(each) for each in of_joint]
     rows, adaptation = (np.array([factored[k][part] for k in kind]) for part in (0, 2))
-    return Equalities(rows, kind, [span for _, span, _ in factored], turns, adaptation)
+    return Equalities(rows, kind, [span for _, span, _ in factored], changes, adaptation)
 
 
 def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.ndarray:
@@ -173,11 +175,11 @@ def _rows(space: Space, quantity: tuple[int, ...], s: tuple[float, ...]) -> np.n
 
 
 def _factored(
-    every: np.ndarray, mask: np.ndarray, joint: int, turn: np.ndarray | None = None
+    every: np.ndarray, mask: np.ndarray, joint: int, change: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows of one joint, an orthonormal basis of their span, and the least change of z for a unit of each target."""
     rows = np.where(mask[:, None], every, 0.0)
-    on_weights = rows[mask, :-2] if turn is None else rows[mask, :-2] @ turn
+    on_weights = rows[mask, :-2] if change is None else rows[mask, :-2] @ change
     norms = np.linalg.norm(on_weights, axis=1)
     q, r = np.linalg.qr((on_weights / norms[:, None]).T)
     if np.abs(np.diag(r)).min(initial=1.0) < DEPENDENT:
@@ -186,7 +188,7 @@ def _factored(
     span[:, mask] = q
     correction = np.zeros(span.T.shape)
     correction[mask] = (q @ np.linalg.inv(r.T) / norms).T
-    return rows, span, correction if turn is None else correction @ turn.T
+    return rows, span, correction if change is None else correction @ change.T
 
 
 def _touches(values: np.ndarray, ranges: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from motion.program.contradiction import InfeasibleRows
 from motion.program.effort import CHECK, Effort
 from motion.program.equalities import fixed_inside
 from motion.program.optimum import feasible
-from motion.program.problem import MANY_FUNCTIONS, UNIMITATING, USUAL, Precision, Problem, build
+from motion.program.problem import LEAST_ACCELERATION, MANY_FUNCTIONS, USUAL, Precision, Problem, build
 from motion.request import MotionRequest
 
 
@@ -36,7 +36,7 @@ class FeasibilityCheck:
         self.order = list(range(self.primitive.joint_count))
         self.active = [NO_ROWS] * self.primitive.joint_count
         if self.primitive.basis_count <= MANY_FUNCTIONS:
-            self.precision = UNIMITATING
+            self.precision = LEAST_ACCELERATION
 
     def passes(self, request: MotionRequest, most: float) -> bool:
         """Return whether all joints can be planned in a duration; each may take an effort of `most`.

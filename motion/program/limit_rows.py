@@ -55,8 +55,8 @@ class LimitRows:
 @cached_within(128_000_000)
 def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
     """Return the rows of a hull's control points in the null space of the equalities."""
-    own = zip(equalities.spans, equalities.turns, strict=True)
-    each = zip(*(_projected(hull, span, turn) for span, turn in own), strict=True)
+    own = zip(equalities.spans, equalities.changes, strict=True)
+    each = zip(*(_projected(hull, span, change) for span, change in own), strict=True)
     matrix, *of_kinds = map(np.array, each)
     scales, least, decided = (values[equalities.kind] for values in of_kinds)
     which = hull.quantity + (QUANTITIES + 1) * decided
@@ -71,11 +71,11 @@ def limit_rows(equalities: Equalities, hull: Hull) -> LimitRows:
 
 
 def _projected(
-    hull: Hull, span: np.ndarray, turn: np.ndarray | None
+    hull: Hull, span: np.ndarray, change: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix, scales, least and decided of one kind of equalities."""
-    points = hull.points[:, :-2] if turn is None else hull.points[:, :-2] @ turn
-    full = hull.rows[:, :-2] if turn is None else hull.insertion @ points
+    points = hull.points[:, :-2] if change is None else hull.points[:, :-2] @ change
+    full = hull.rows[:, :-2] if change is None else hull.insertion @ points
     # Projected before the insertion, because the space has fewer control points than the hull.
     matrix = hull.insertion @ (points - (points @ span) @ span.T)
     left = np.einsum("ij,ij->i", matrix, matrix)

@@ -22,7 +22,7 @@ ROUNDING = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, slots=True)
-class Warm:
+class WarmStart:
     """Active rows of a plan, an array for each joint, for a warm start of the next plan.
 
     Row side·R + i belongs to control point i of a hull with R = `points` control points.
@@ -32,13 +32,15 @@ class Warm:
     rows: list[np.ndarray]
 
     @staticmethod
-    def of(problem: Problem, solution: Solution) -> "Warm":
+    def of(problem: Problem, solution: Solution) -> "WarmStart":
         """The active rows of a solution."""
         points = len(problem.hull.s)
-        return Warm(points, [rows % (2 * points) for rows in solution.rows])
+        return WarmStart(points, [rows % (2 * points) for rows in solution.rows])
 
 
-def optimum(problem: Problem, effort: Effort, warm: Warm | None = None, joints: np.ndarray | None = None) -> Solution:
+def optimum(
+    problem: Problem, effort: Effort, warm: WarmStart | None = None, joints: np.ndarray | None = None
+) -> Solution:
     """Return the optimum of every joint or of the `joints` (n,). Raises InfeasibleRows or SolverFailed.
 
     If a warm start fails, a cold start follows: infeasibility is only concluded without the rows of an earlier motion.
@@ -74,4 +76,4 @@ def feasible(problem: Problem, joints: list[int], effort: Effort, rows: list[np.
     """
     warm = rows if any(rows[joint].size for joint in joints) else None
     found = _verified(problem, solve(problem, effort, warm, np.array(joints), probe=True))
-    return Warm.of(problem, found).rows
+    return WarmStart.of(problem, found).rows

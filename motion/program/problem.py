@@ -41,11 +41,11 @@ median, 6 % at worst. That is 0.5 % and 3 % of the imitation error. Finer hulls 
 FINEST = Precision(16, 1e-6)
 """Tried before a request is refused as infeasible."""
 
-THINNED = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
+FEWER_FUNCTIONS = tuple(replace(USUAL, thinning=each) for each in (2, 4, 8))
 """Tried if the usual precision takes too long; takes a hundredth of the time. A motion that runs along limits
 everywhere cannot follow all details of the demonstration: docs/derivations.md quantifies the loss."""
 
-UNIMITATING = replace(USUAL, imitates=False)
+LEAST_ACCELERATION = replace(USUAL, imitates=False)
 """Decides whether a request is feasible. In a duration far below its own a demonstration violates limits everywhere;
 the motion of least acceleration needs a tenth of the rows."""
 

@@ -53,7 +53,7 @@ class Space:
         """Weights w (n, N) of whitened weights z (n, N)."""
         return z @ self.whitening
 
-    def turn(self, other: "Space") -> np.ndarray:
+    def steps_from(self, other: "Space") -> np.ndarray:
         """Matrix (N, N) from steps of z in the metric of another space to steps of z in this one."""
         return self.factor.T @ other.whitening.T
 

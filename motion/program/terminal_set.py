@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from motion.braking import TOUCH, UNLIMITED, Floats, fastest_stop
+from motion.braking import STOP_ROUNDING, UNLIMITED, Floats, fastest_stop
 from motion.errors import CannotStop
 from motion.limits import Limits
 from motion.request import Boundary, MotionRequest
@@ -54,7 +54,7 @@ def _most(velocity: Any, fastest: Any, limit: Any, jerk: Any, stops: bool, xp: A
     most = xp.where(velocity <= fastest * (ON_LIMIT - 1), 0.0, limit)
     if not stops:
         return most
-    slower = xp.maximum(fastest + TOUCH - velocity, 0.0)
+    slower = xp.maximum(fastest + STOP_ROUNDING - velocity, 0.0)
     return xp.minimum(xp.minimum(most, UNLIMITED), xp.sqrt(2 * xp.minimum(jerk, UNLIMITED) * slower))
 
 
@@ -113,7 +113,9 @@ def _stays(above: bool, request: MotionRequest, accelerations: np.ndarray) -> np
     goal, limits = request.goal, request.limits
     stop = fastest_stop(goal.velocities, accelerations, limits.accelerations, limits.jerks)
     lowest, highest, _, _ = stop.extremes(request.stops_at)
-    return lowest >= limits.positions[:, 0] - TOUCH if above else highest <= limits.positions[:, 1] + TOUCH
+    return (
+        lowest >= limits.positions[:, 0] - STOP_ROUNDING if above else highest <= limits.positions[:, 1] + STOP_ROUNDING
+    )
 
 
 def _largest(

@@ -13,9 +13,9 @@ from robot.striking.flight import Ball
 
 DAMPING = 1e-3
 """Damping of the descent, in units of its residuals: m and rad."""
-LONGEST = 0.4
+MAX_STEP = 0.4
 """Largest step of one joint in a descent, rad."""
-TURNING = 0.02
+ROTATION_WEIGHT = 0.02
 """Weight of the normal's rotation during the strike, s², relative to joint velocities in units of their limits."""
 
 
@@ -82,7 +82,7 @@ class Arm:
         self._jacobian = np.zeros((3, config.model.nv))
 
     @cached_property
-    def fixed(self) -> np.ndarray:
+    def fixed_points(self) -> np.ndarray:
         """Points on joint axes that no joint moves, (n, 3), m: the base and the shoulder."""
         low, high = np.where(np.isfinite(self.limits.positions), self.limits.positions, [-1.0, 1.0]).T
         anchors = self.chain.anchors(np.stack([self.config.home, 0.7 * low + 0.3 * high, 0.4 * low + 0.6 * high]))
@@ -95,7 +95,7 @@ class Arm:
 
     def descend(
         self, positions: np.ndarray, normals: np.ndarray, seeds: np.ndarray, rounds: int, turning: float = 1.0
-    ) -> "Postures":
+    ) -> Postures:
         """Return postures near seeds (n, J) with the racket at positions and normals (n, 3), inside the joint ranges.
 
         Damped Gauss–Newton; a joint at the end of its range stays there. The caller must check the residuals. turning:
@@ -109,22 +109,22 @@ class Arm:
             if turning != 1:
                 rows[:, 3:] *= turning
                 error[:, 3:] *= turning
-            step = _least(rows, error)
+            step = _least_squares_step(rows, error)
             blocked = ((q <= low) & (step < 0)) | ((q >= high) & (step > 0))
             if blocked.any():
                 some = blocked.any(axis=1)
                 rows[some] *= ~blocked[some, None, :]
-                step[some] = _least(rows[some], error[some])
-            step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-9))
+                step[some] = _least_squares_step(rows[some], error[some])
+            step *= np.minimum(1.0, MAX_STEP / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-9))
             q = np.minimum(np.maximum(q + step, low), high)  # np.clip takes three times as long
         return self.postures(q)
 
-    def postures(self, values: np.ndarray) -> "Postures":
+    def postures(self, values: np.ndarray) -> Postures:
         """Return the racket's position and normal, with derivatives, in postures (n, J)."""
         position, normal, by_joints = self.chain.jacobians(values)
         return Postures(values, position, normal, by_joints[:, :3], by_joints[:, 3:])
 
-    def mobility(self, postures: "Postures") -> np.ndarray:
+    def mobility(self, postures: Postures) -> np.ndarray:
         """Return C = J M⁻¹ Jᵀ + I/m_b (n, 3, 3), 1/kg: relative velocity of racket and ball a unit of impulse."""
         values, moves = postures.values, postures.moves
         masses = np.array([self._mass(posture) for posture in values]).reshape(-1, *[values.shape[1]] * 2)
@@ -136,11 +136,11 @@ class Arm:
         mujoco.mj_jacSite(self._model, self._data, self._jacobian, None, self._site)
         return np.linalg.solve(masses, self._jacobian[:, self._dofs].T @ impulse)
 
-    def velocities(self, postures: "Postures", wanted: np.ndarray) -> np.ndarray:
+    def velocities(self, postures: Postures, wanted: np.ndarray) -> np.ndarray:
         """Return joint velocities (n, J) that move the racket with `wanted` (n, 3), m/s, with little rotation."""
         moves, turns = postures.moves, postures.turns
         speeds = np.where(np.isfinite(self.limits.velocities), self.limits.velocities, 10.0)
-        weights = np.diag(speeds**-2.0) + TURNING * turns.transpose(0, 2, 1) @ turns
+        weights = np.diag(speeds**-2.0) + ROTATION_WEIGHT * turns.transpose(0, 2, 1) @ turns
         eased = np.linalg.solve(weights, moves.transpose(0, 2, 1))
         inner = moves @ eased + 1e-9 * np.eye(3)
         return (eased @ np.linalg.solve(inner, wanted[:, :, None]))[:, :, 0]
@@ -169,7 +169,7 @@ class Arm:
         return self._full[self._square]
 
 
-def _least(rows: np.ndarray, error: np.ndarray) -> np.ndarray:
+def _least_squares_step(rows: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Return the least damped steps (n, J) with rows (n, m, J) · step = error (n, m)."""
     turned = rows.transpose(0, 2, 1)
     inner = rows @ turned + DAMPING**2 * np.eye(rows.shape[1])

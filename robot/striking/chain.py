@@ -34,21 +34,21 @@ class Chain:
             for joint in joints_of(model, body):
                 anchor, axis = model.jnt_pos[joint], model.jnt_axis[joint]
                 slides = bool(model.jnt_type[joint] == SLIDE)
-                onto = _onto(axis)
+                to_axis = _rotation_to_axis(axis)
                 place = np.zeros(3) if slides else anchor
                 start = model.qpos0[model.jnt_qposadr[joint]]
                 if joint in ids:
-                    steps.append(_transform(turn @ onto, offset + turn @ place))
+                    steps.append(_transform(turn @ to_axis, offset + turn @ place))
                     joints_found.append(ids.index(joint))
                     sliding.append(slides)
-                    turn, offset = onto.T, -onto.T @ place
+                    turn, offset = to_axis.T, -to_axis.T @ place
                     if start:  # The model's frames are defined at this value.
                         back = np.eye(3) if slides else _about_z(-start)
                         offset = back @ offset - [0.0, 0.0, start if slides else 0.0]
                         turn = back @ turn
                 else:
                     value = pose[model.jnt_qposadr[joint]] - start
-                    rotation = np.eye(3) if slides else onto @ _about_z(value) @ onto.T
+                    rotation = np.eye(3) if slides else to_axis @ _about_z(value) @ to_axis.T
                     offset = offset + turn @ (value * axis if slides else place - rotation @ place)
                     turn = turn @ rotation
         self._steps, self._joints = np.array(steps), np.array(joints_found, dtype=int)
@@ -69,9 +69,9 @@ class Chain:
         frames, tool = self._frames(postures)
         position, normal = tool[:, :3, 3], tool[:, :3, 2]
         axes, anchors = frames[:, :, :3, 2], frames[:, :, :3, 3]
-        arms = np.empty((2, *anchors.shape))
-        arms[0], arms[1] = position[:, None] - anchors, normal[:, None]
-        found = _cross(axes, arms)
+        levers = np.empty((2, *anchors.shape))
+        levers[0], levers[1] = position[:, None] - anchors, normal[:, None]
+        found = _cross(axes, levers)
         if self._slides.any():
             found[0, :, self._slides] = axes[:, self._slides].transpose(1, 0, 2)
             found[1, :, self._slides] = 0.0
@@ -112,7 +112,7 @@ def _about_z(angle: float) -> np.ndarray:
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _onto(axis: np.ndarray) -> np.ndarray:
+def _rotation_to_axis(axis: np.ndarray) -> np.ndarray:
     """Return a rotation whose z axis is `axis` (3,)."""
     z = axis / np.linalg.norm(axis)
     x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])

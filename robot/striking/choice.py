@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-ALIKE = 0.5
+SIMILAR_POSTURE_RAD = 0.5
 """rad; postures that differ by at most this on every joint are similar."""
-ALIKE_HIT = 0.03, 0.15
+SIMILAR_HIT = 0.03, 0.15
 """rad on every joint, and m/s of the ball; hits that differ by at most this have the same simulated contact."""
 Reason = Literal["no ball", "out of reach", "target", "limits", "late", "room"]
 
@@ -73,7 +73,7 @@ def distinct_first(choices: Iterable[Choice]) -> Iterator[Choice]:
     first: list[Choice] = []
     last: list[Choice] = []
     for choice in choices:
-        if any(np.abs(choice.positions - other.positions).max() < ALIKE for other in first):
+        if any(np.abs(choice.positions - other.positions).max() < SIMILAR_POSTURE_RAD for other in first):
             last.append(choice)
         else:
             first.append(choice)
@@ -81,8 +81,8 @@ def distinct_first(choices: Iterable[Choice]) -> Iterator[Choice]:
     yield from last
 
 
-def hit_alike(choice: Choice, other: Choice) -> bool:
+def are_similar(choice: Choice, other: Choice) -> bool:
     """Return whether two hits are so similar that their simulated contacts agree."""
     turned = np.abs(choice.positions - other.positions).max()
     faster = np.abs(np.stack([choice.incoming - other.incoming, choice.outgoing - other.outgoing])).max()
-    return bool(turned < ALIKE_HIT[0] and faster < ALIKE_HIT[1] and choice.side == other.side)
+    return bool(turned < SIMILAR_HIT[0] and faster < SIMILAR_HIT[1] and choice.side == other.side)

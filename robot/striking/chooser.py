@@ -7,16 +7,16 @@ from itertools import chain, islice
 import numpy as np
 
 from robot.striking.arm import Arm
-from robot.striking.choice import Choice, NoHit, State, hit_alike
+from robot.striking.choice import Choice, NoHit, State, are_similar
 from robot.striking.contact import ContactLaw, first_normal
-from robot.striking.flight import Court, above_net, aim
+from robot.striking.flight import Court, aim, net_clearance
 from robot.striking.hits import Hits, Shots, choice_of, meets, solve, touch
 from robot.striking.landing import correction_cost, landing_error
 from robot.striking.options import Options
 from robot.striking.path import Path
 from robot.striking.quintic import quintic_use
 from robot.striking.reachability import Reachability
-from robot.striking.times import first_times
+from robot.striking.touch_times import touch_times
 
 TOUCH_SHIFTS = -0.06, -0.04, -0.02, 0.0, 0.02, 0.04, 0.06
 """s, changes of the touch time that are tried for a touch."""
@@ -80,7 +80,7 @@ class Chooser:
         """
         options = self._options
         flights = options.flights if flight_time is None else (flight_time,)
-        times = first_times(path, self._arm.fixed, options, start.time, earliest)
+        times = touch_times(path, self._arm.fixed_points, options, start.time, earliest)
         shots = self._shots(path, np.repeat(times, len(flights)), np.tile(flights, len(times)), target)
         seeded = self._seeded(shots, start, first_normal(shots.incoming, shots.wanted))
         hits = solve(self._arm, self.law, seeded)
@@ -89,7 +89,7 @@ class Chooser:
 
     def blocks(self, path: Path, start: State, target: np.ndarray, count: int = 8) -> Iterator[Choice]:
         """Return hits that send a ball back in the direction it comes from, more slowly. Raises NoHit."""
-        times = first_times(path, self._arm.fixed, self._options, start.time)
+        times = touch_times(path, self._arm.fixed_points, self._options, start.time)
         flights = np.full(len(times), np.median(self._options.flights))
         shots = self._shots(path, times, flights, target, must_clear=False)
         shots = self._seeded(shots, start, first_normal(shots.incoming, -shots.incoming))
@@ -107,7 +107,7 @@ class Chooser:
 
         start: state in which the corrected motion begins. Hits for which a quintic exceeds the limits come last, the
         one with the least excess first, since the planner may still find a motion. Pass the hit that is played to
-        `rehearsed`. Raises NoHit.
+        `with_simulated_contact`. Raises NoHit.
         """
         options = self._options
         shifts = tuple(shift for shift in options.time_shifts if last.time + shift >= earliest)
@@ -120,7 +120,7 @@ class Chooser:
 
         Empty if `last` touches the ball, or if there is time for a later correction.
         """
-        if last.time - start.time >= self._options.touching or meets(self._arm, path, last):
+        if last.time - start.time >= self._options.touch_time or meets(self._arm, path, last):
             return []
         try:
             shots = self._near(path, start, target, last, TOUCH_SHIFTS, None)
@@ -178,7 +178,7 @@ class Chooser:
             best = better
         return best
 
-    def rehearsed(self, choice: Choice) -> Choice:
+    def with_simulated_contact(self, choice: Choice) -> Choice:
         """Return the hit with the result of its simulated contact, for its next correction and for learning.
 
         `correct` does not simulate, so that this can be done while the planner plans. The result is reused for similar
@@ -186,7 +186,7 @@ class Chooser:
         """
         if self.simulate is None:
             return choice
-        if self._simulated is None or not hit_alike(choice, self._simulated[0]):
+        if self._simulated is None or not are_similar(choice, self._simulated[0]):
             self._simulated = choice, self.simulate(choice)
         return replace(choice, law_error=self._simulated[1])
 
@@ -203,7 +203,7 @@ class Chooser:
         if must_clear:
             clears &= arrivals[:, 2] < 0
         if must_clear and net is not None:
-            clears &= above_net(ball, path.air, net, leaves, wanted, flights) >= self._court.clearance
+            clears &= net_clearance(ball, path.air, net, leaves, wanted, flights) >= self._court.clearance
         if not clears.any():
             raise NoHit("target", "no flight from the ball's path to the target comes down on it and clears the net")
         covariances, ages = path.covariance(times), path.since_bounce(times)
@@ -222,8 +222,8 @@ class Chooser:
         signs = np.repeat(sides, len(shots))
         faces = signs[:, None] * np.tile(normals, (len(sides), 1))
         seeds, away = self._reachability.seeds(places, faces, start.positions, self._scale, options.seeds)
-        order = np.argsort(away, axis=None, kind="stable")[: options.most]
-        order = order[away.ravel()[order] < options.farthest]
+        order = np.argsort(away, axis=None, kind="stable")[: options.max_candidates]
+        order = order[away.ravel()[order] < options.max_seed_distance]
         if not len(order):
             raise NoHit("out of reach", f"the racket comes nowhere within {away.min():.2f} m of the ball's path")
         rows = order // away.shape[1]
@@ -250,7 +250,7 @@ class Chooser:
         if not len(stops):
             raise NoHit("limits", "after every hit the arm could not come to rest inside its joints' ranges")
         hits, use, error = hits.take(stops), use[stops], None if error is None else error[stops]
-        most = options.first_use if last is None else options.last_use
+        most = options.max_first_use if last is None else options.max_correction_use
         if use.min() > most:
             raise NoHit("limits", f"the easiest hit needs {use.min():.2f} of the arm's limits")
         if error is None:
@@ -275,4 +275,4 @@ class Chooser:
         begin = start.positions, start.velocities, start.accelerations
         durations = shots.times[hits.shots] + self.law.duration / 2 - start.time
         follow_through = self._options.follow_through
-        return quintic_use(self._arm.limits, begin, hits.postures, hits.speeds, durations, follow_through)
+        return quintic_use(self._arm.limits, begin, hits.postures, hits.joint_velocities, durations, follow_through)

@@ -29,7 +29,7 @@ class ContactLaw:
         self, mass: float, mobility: np.ndarray, incoming: np.ndarray, racket: np.ndarray, normals: np.ndarray
     ) -> np.ndarray:
         """Return the velocities (n, 3) of balls after the hit."""
-        along, across = parted(incoming - racket, normals)
+        along, across = components(incoming - racket, normals)
         change = -(1 + self.restitution) * along - (1 - self.friction) * across
         impulse = np.linalg.solve(mobility, change[:, :, None])[:, :, 0]
         return incoming + impulse / mass + (frame(normals) @ self.bias)
@@ -38,7 +38,7 @@ class ContactLaw:
         self, mass: float, mobility: np.ndarray, incoming: np.ndarray, racket: np.ndarray, normals: np.ndarray
     ) -> np.ndarray:
         """Return the derivatives of the outgoing velocities by restitution, friction and bias, (n, 3, 5)."""
-        along, across = parted(incoming - racket, normals)
+        along, across = components(incoming - racket, normals)
         sides = np.stack([-along, across], axis=2)
         return np.concatenate([np.linalg.solve(mobility, sides) / mass, frame(normals)], axis=2)
 
@@ -48,7 +48,7 @@ class ContactLaw:
         """Return normals (n, 3) with which a racket that moves only along them gives the wanted velocities."""
         for _ in range(ROUNDS):
             change = self._change(mass, mobility, incoming, wanted, normals)
-            change = change + (1 - self.friction) * parted(incoming, normals)[1]
+            change = change + (1 - self.friction) * components(incoming, normals)[1]
             normals = change / np.linalg.norm(change, axis=1, keepdims=True)
         return normals
 
@@ -56,7 +56,7 @@ class ContactLaw:
         self, mass: float, mobility: np.ndarray, incoming: np.ndarray, wanted: np.ndarray, normals: np.ndarray
     ) -> np.ndarray:
         """Return the velocities (n, 3) of a racket with these normals that give exactly the wanted velocities."""
-        along, across = parted(self._change(mass, mobility, incoming, wanted, normals), normals)
+        along, across = components(self._change(mass, mobility, incoming, wanted, normals), normals)
         return incoming + along / (1 + self.restitution) + across / max(1 - self.friction, 0.02)
 
     def _change(
@@ -80,7 +80,7 @@ def frame(normals: np.ndarray) -> np.ndarray:
     return found
 
 
-def parted(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def components(vectors: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the components of vectors (n, 3) along the normals (n, 3) and perpendicular to them."""
     along = np.vecdot(vectors, normals)[:, None] * normals
     return along, vectors - along

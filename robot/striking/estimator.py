@@ -13,13 +13,13 @@ Sight = Literal["started", "used", "contact", "rejected", "new ball"]
 
 GATE = 8.0
 """Standard deviations from the prediction above which a sight is rejected."""
-JUMPED = 3
+NEW_BALL_SIGHTS = 3
 """Number of consecutive rejected sights, consistent with each other, that start a new ball."""
-FASTEST = 60.0
+MAX_SPEED = 60.0
 """m/s; two sights that imply a higher speed are not of one ball."""
-LONGEST_GAP = 0.5
+MAX_GAP_S = 0.5
 """s without a sight after which the next one starts a new ball."""
-MARGIN_S = 0.004
+BOUNCE_MARGIN_S = 0.004
 """Sights within this time of a bounce, s, or within two standard deviations of the surface, are not used."""
 
 
@@ -31,12 +31,17 @@ class NoBall(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
-    """Prior standard deviations, before the first sight.
+class NoiseModel:
+    """Noise of sights, uncertainty of parameters, process noise.
 
-    position_std: of a sight, m. velocity_std: of a sight's velocity, m/s. restitution_std: of the surface. drag_std: as
-    a part of the ball's drag. wind_std: (3,), m/s². latency: age of a sight at its time stamp, s. unmodelled: process
-    noise of the acceleration, m/s per √s.
+    Attributes:
+        position_std: Of a sight, m.
+        velocity_std: Of a sight's velocity, m/s.
+        restitution_std: Of the surface's restitution, before the first bounce.
+        drag_std: Of the drag, before the first sight, as a part of the ball's drag.
+        wind_std: Of the wind, before the first sight, m/s².
+        latency: Age of a sight at its time stamp, s.
+        unmodelled: Process noise of the acceleration, m/s per √s.
     """
 
     position_std: float = 0.005
@@ -78,13 +83,13 @@ class Estimate:
 
 
 class Estimator:
-    """Follows one ball. Its clock is that of the sights; see `Belief` for its assumptions."""
+    """Follows one ball. Its clock is that of the sights; `NoiseModel` has its assumptions."""
 
-    def __init__(self, ball: Ball, court: Court, belief: Belief | None = None) -> None:
+    def __init__(self, ball: Ball, court: Court, noise: NoiseModel | None = None) -> None:
         self.ball = ball
         self.court = court
-        self.belief = belief or Belief()
-        self._transition = Transition(ball, court.surface, self.belief.unmodelled)
+        self.noise = noise or NoiseModel()
+        self._transition = Transition(ball, court.surface, self.noise.unmodelled)
         self.reset()
 
     def reset(self) -> None:
@@ -99,26 +104,23 @@ class Estimator:
         time: float,
         position: np.ndarray,
         velocity: np.ndarray | None = None,
-        spin: np.ndarray | None = None,
     ) -> Sight:
         """Process a sight: position (3,), m, and velocity (3,), m/s, if known; return how it was used.
 
         "contact": too near a bounce to be used. "rejected": not finite, not later than the previous sight, or too far
         from the prediction. "new ball": the last rejected sights agree with each other, and are followed from now on.
         """
-        time = time - self.belief.latency
+        time = time - self.noise.latency
         position = np.asarray(position, dtype=float)
         velocity = None if velocity is None else np.asarray(velocity, dtype=float)
         if not (np.isfinite(time) and np.isfinite(position).all()):
             return "rejected"
         if velocity is not None and not np.isfinite(velocity).all():
             velocity = None
-        if spin is not None and np.isfinite(spin).all():
-            self._transition.spin = np.asarray(spin, dtype=float)
         newest = self.estimate.time if self.estimate else self._first[0] if self._first else -np.inf
         if time <= newest:
             return "rejected"
-        if time - newest > LONGEST_GAP and np.isfinite(newest):
+        if time - newest > MAX_GAP_S and np.isfinite(newest):
             self.reset()
         if self.estimate is None:
             return self._start(time, position, velocity)
@@ -126,7 +128,7 @@ class Estimator:
 
     def age(self, now: float) -> float:
         """Return the time (s) since the last used sight; inf if none was used."""
-        return now - self.belief.latency - self._used
+        return now - self.noise.latency - self._used
 
     def path(self, until: float) -> Path:
         """Predict the ball until a time (s), or until it has bounced once more than the court allows.
@@ -141,18 +143,18 @@ class Estimator:
         return predict(self._transition, now.time, now.mean, now.covariance, max(until, now.time + 1e-3), left)
 
     def _start(self, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
-        belief, variance = self.belief, self.belief.position_std**2
+        noise, variance = self.noise, self.noise.position_std**2
         mean, covariance = np.zeros(SIZE), np.zeros((SIZE, SIZE))
         if velocity is not None:
             mean[VELOCITY] = velocity
-            covariance[VELOCITY, VELOCITY] = np.eye(3) * belief.velocity_std**2
+            covariance[VELOCITY, VELOCITY] = np.eye(3) * noise.velocity_std**2
         elif self._first is None:
             self._first = time, position
             return "started"
         else:
             began, first = self._first
             gap = time - began
-            if np.linalg.norm(position - first) > FASTEST * gap + GATE * belief.position_std:
+            if np.linalg.norm(position - first) > MAX_SPEED * gap + GATE * noise.position_std:
                 self._first = time, position
                 return "new ball"
             mean[VELOCITY] = (position - first) / gap
@@ -162,9 +164,9 @@ class Estimator:
         mean[POSITION], mean[DRAG] = position, self.ball.drag
         mean[RESTITUTION] = self.court.surface.restitution
         covariance[POSITION, POSITION] = np.eye(3) * variance
-        covariance[WIND, WIND] = np.diag(np.square(belief.wind_std))
-        covariance[DRAG, DRAG] = (belief.drag_std * self.ball.drag) ** 2
-        covariance[RESTITUTION, RESTITUTION] = belief.restitution_std**2
+        covariance[WIND, WIND] = np.diag(np.square(noise.wind_std))
+        covariance[DRAG, DRAG] = (noise.drag_std * self.ball.drag) ** 2
+        covariance[RESTITUTION, RESTITUTION] = noise.restitution_std**2
         self.estimate = Estimate(time, mean, covariance, 0, 1 if velocity is not None else 2)
         self._first, self._rejected, self._used = None, [], time
         return "started"
@@ -172,11 +174,11 @@ class Estimator:
     def _follow(self, now: Estimate, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
         mean, covariance, bounces = self._transition.advance(now.mean, now.covariance, time - now.time)
         bounces += now.bounces
-        if self._near_bounce(now, mean, covariance, time):
+        if self._near_bounce(mean, covariance):
             self.estimate = Estimate(time, mean, covariance, bounces, now.sights)
             return "contact"
         seen = np.eye(3, SIZE) if velocity is None else np.eye(6, SIZE)
-        noise = [self.belief.position_std**2] * 3 + ([] if velocity is None else [self.belief.velocity_std**2] * 3)
+        noise = [self.noise.position_std**2] * 3 + ([] if velocity is None else [self.noise.velocity_std**2] * 3)
         value = position if velocity is None else np.concatenate([position, velocity])
         innovation = value - seen @ mean
         inner = seen @ covariance @ seen.T + np.diag(noise)
@@ -184,24 +186,24 @@ class Estimator:
             self.estimate = Estimate(time, mean, covariance, bounces, now.sights)
             return self._reject(time, position, velocity)
         gain = np.linalg.solve(inner, seen @ covariance).T
-        rest = np.eye(SIZE) - gain @ seen
-        covariance = rest @ covariance @ rest.T + gain * noise @ gain.T
+        reduction = np.eye(SIZE) - gain @ seen
+        covariance = reduction @ covariance @ reduction.T + gain * noise @ gain.T
         self.estimate = Estimate(time, mean + gain @ innovation, covariance, bounces, now.sights + 1)
         self._rejected, self._used = [], time
         return "used"
 
-    def _near_bounce(self, before: Estimate, mean: np.ndarray, covariance: np.ndarray, time: float) -> bool:
-        """Return whether the ball may touch the surface at this time."""
+    def _near_bounce(self, mean: np.ndarray, covariance: np.ndarray) -> bool:
+        """Return whether a ball of this state may touch the surface."""
         height = mean[2] - self.court.surface.height - self.ball.radius
-        return bool(height < 2 * np.sqrt(covariance[2, 2]) + abs(mean[5]) * MARGIN_S)
+        return bool(height < 2 * np.sqrt(covariance[2, 2]) + abs(mean[5]) * BOUNCE_MARGIN_S)
 
     def _reject(self, time: float, position: np.ndarray, velocity: np.ndarray | None) -> Sight:
         self._rejected.append((time, position))
-        if len(self._rejected) < JUMPED:
+        if len(self._rejected) < NEW_BALL_SIGHTS:
             return "rejected"
-        (began, first), *_ = self._rejected[-JUMPED:]
-        if np.linalg.norm(position - first) > FASTEST * (time - began):
-            self._rejected = self._rejected[-JUMPED:]
+        (began, first), *_ = self._rejected[-NEW_BALL_SIGHTS:]
+        if np.linalg.norm(position - first) > MAX_SPEED * (time - began):
+            self._rejected = self._rejected[-NEW_BALL_SIGHTS:]
             return "rejected"
         (began, first) = self._rejected[-2]
         self.reset()

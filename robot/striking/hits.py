@@ -11,13 +11,15 @@ from robot.striking.path import Path
 
 FIRST_ROUNDS, LAST_ROUNDS = 5, 3
 """Iterations of the two descents: to the normal for a heavy racket, and to the normal for the actual mobility."""
-NEARLY = 0.05, 0.05
+FIRST_TOLERANCE = 0.05, 0.05
 """m and rad (of the unit normal), residuals of the first descent above which a candidate is dropped."""
-MET = 1e-3, 5e-3
+TOLERANCE = 1e-3, 5e-3
 """m and rad, residuals of a converged descent; the racket's velocity compensates the residual of the normal."""
-TURNING, SLOWER, GOES_ON_S, TOUCHING = 0.01, np.array([1.0, 0.7, 0.4, 0.0]), 0.03, 0.7
-"""Parameters of touches: weight of the normal, m a radian; factors of a swing's joint velocities; s for which the
-velocities are kept; part of the racket's radius within which the ball must meet it."""
+NORMAL_WEIGHT, CONTINUES_S, TOUCH_RADIUS = 0.01, 0.03, 0.7
+"""Parameters of touches: weight of the normal, m a radian; s for which the velocities are kept; part of the racket's
+radius within which the ball must meet it."""
+TOUCH_SPEEDS = np.array([1.0, 0.7, 0.4, 0.0])
+"""Parts of a swing's joint velocities that are tried for a touch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,14 +48,14 @@ class Shots(Rows):
 class Hits(Rows):
     """n states of the arm in the middle of a contact that give the balls their wanted velocities.
 
-    shots: row of each hit in `Shots`. postures, speeds: (n, J). places, normals, velocities: of the racket, (n, 3); the
-    normal points to the ball's side. mobility: (n, 3, 3).
+    shots: row of each hit in `Shots`. postures, joint_velocities: (n, J), rad, rad/s. positions, normals, velocities:
+    of the racket, (n, 3), m, m/s; the normal points to the ball's side. mobility: (n, 3, 3), 1/kg.
     """
 
     shots: np.ndarray
     postures: np.ndarray
-    speeds: np.ndarray
-    places: np.ndarray
+    joint_velocities: np.ndarray
+    positions: np.ndarray
     normals: np.ndarray
     velocities: np.ndarray
     mobility: np.ndarray
@@ -70,7 +72,7 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     if mobility is None:
         places, faces = shots.positions - arm.offset * normals, shots.sides[:, None] * normals
         first = arm.descend(places, faces, seeds, FIRST_ROUNDS)
-        rows = np.flatnonzero(first.are_within(places, faces, *NEARLY))
+        rows = np.flatnonzero(first.are_within(places, faces, *FIRST_TOLERANCE))
         first, normals = first.take(rows), normals[rows]
         seeds, mobilities = first.values, arm.mobility(first)
     else:
@@ -80,7 +82,7 @@ def solve(arm: Arm, law: ContactLaw, shots: Shots, mobility: np.ndarray | None =
     velocities = law.racket_velocity(mass, mobilities, incoming, wanted, normals)
     places = shots.positions[rows] - arm.offset * normals + velocities * law.duration / 2
     found = arm.descend(places, sides * normals, seeds, LAST_ROUNDS)
-    met = np.flatnonzero(found.are_within(places, sides * normals, *MET))
+    met = np.flatnonzero(found.are_within(places, sides * normals, *TOLERANCE))
     found, rows = found.take(met), rows[met]
     normals, mobilities = sides[met] * found.normals, arm.mobility(found)
     velocities = law.racket_velocity(mass, mobilities, incoming[met], wanted[met], normals)
@@ -105,14 +107,14 @@ def choice_of(
         time=time,
         goal_time=time + law.duration / 2,
         positions=hits.postures[row],
-        velocities=hits.speeds[row],
+        velocities=hits.joint_velocities[row],
         flight_time=float(shots.flights[shot]),
         target=np.asarray(target, dtype=float),
         ball=shots.positions[shot],
         incoming=shots.incoming[shot],
         outgoing=shots.wanted[shot] + law_error,
         law_error=law_error,
-        racket_position=hits.places[row],
+        racket_position=hits.positions[row],
         racket_normal=hits.normals[row],
         racket_velocity=hits.velocities[row],
         side=int(shots.sides[shot]),
@@ -128,7 +130,7 @@ def meets(arm: Arm, path: Path, choice: Choice) -> bool:
     moves, normal = velocity - choice.racket_velocity, choice.racket_normal
     offset = place - choice.racket_position - arm.offset * normal
     later = -(offset @ normal) / (moves @ normal)
-    return bool(np.linalg.norm(offset + later * moves) < TOUCHING * arm.racket.radius)
+    return bool(np.linalg.norm(offset + later * moves) < TOUCH_RADIUS * arm.racket.radius)
 
 
 def touch(arm: Arm, law: ContactLaw, shots: Shots, last: Choice) -> Hits:
@@ -138,11 +140,11 @@ def touch(arm: Arm, law: ContactLaw, shots: Shots, last: Choice) -> Hits:
     """
     places = shots.positions - arm.offset * last.racket_normal + last.racket_velocity * law.duration / 2
     faces = np.broadcast_to(last.side * last.racket_normal, places.shape)
-    found = arm.descend(places, faces, shots.seeds, FIRST_ROUNDS, TURNING)
-    met = np.linalg.norm(found.positions - places, axis=1) < TOUCHING * arm.racket.radius
-    rows = np.repeat(np.flatnonzero(met), len(SLOWER))
-    found, mobilities = found.take(rows), np.repeat(arm.mobility(found.take(met)), len(SLOWER), axis=0)
-    speeds = np.tile(SLOWER, met.sum())[:, None] * last.velocities
-    speeds = np.clip(speeds, *arm.stoppable(found.values, GOES_ON_S))
+    found = arm.descend(places, faces, shots.seeds, FIRST_ROUNDS, NORMAL_WEIGHT)
+    met = np.linalg.norm(found.positions - places, axis=1) < TOUCH_RADIUS * arm.racket.radius
+    rows = np.repeat(np.flatnonzero(met), len(TOUCH_SPEEDS))
+    found, mobilities = found.take(rows), np.repeat(arm.mobility(found.take(met)), len(TOUCH_SPEEDS), axis=0)
+    speeds = np.tile(TOUCH_SPEEDS, met.sum())[:, None] * last.velocities
+    speeds = np.clip(speeds, *arm.stoppable(found.values, CONTINUES_S))
     velocities = (found.moves @ speeds[:, :, None])[:, :, 0]
     return Hits(rows, found.values, speeds, found.positions, last.side * found.normals, velocities, mobilities)

@@ -45,8 +45,8 @@ def correction_cost(arm: Arm, options: Options, hits: Hits, shots: Shots, use: n
     uses.
     """
     spread = np.sqrt(np.trace(shots.covariances[hits.shots, :3, :3], axis1=1, axis2=2))
-    early = np.clip(1 - shots.ages[hits.shots] / options.settled, 0, 1)
+    early = np.clip(1 - shots.ages[hits.shots] / options.settling_time, 0, 1)
     low, high = arm.limits.positions.T
     room = np.minimum(hits.postures - low, high - hits.postures).min(axis=1)
-    edge = np.clip(1 - room / (options.room * spread), 0, 1)
+    edge = np.clip(1 - room / (options.edge_room * spread), 0, 1)
     return spread * (options.early_cost * early + options.use_cost * use + options.edge_cost * edge)

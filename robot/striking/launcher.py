@@ -12,7 +12,8 @@ import numpy as np
 from robot.court import CourtConfig
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
-from robot.striking.flight import GRAVITY, Air, Ball, travel
+from robot.striking.conversions import ball_of
+from robot.striking.flight import GRAVITY, Air, travel
 
 Kind = Literal["bounce", "volley", "any"]
 STEP_S = 0.001
@@ -40,11 +41,10 @@ TRIES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Launch:
-    """A throw: position (m), velocity (m/s) and spin (rad/s); point of arrival and time until then."""
+    """A throw: position (m) and velocity (m/s); point of arrival and time until then."""
 
     position: tuple[float, float, float]
     velocity: tuple[float, float, float]
-    spin: tuple[float, float, float]
     arrival: tuple[float, float, float]
     flight_time: float
     bounces: int
@@ -71,8 +71,7 @@ class Launcher:
         """
         if config.ball is None or config.court is None or config.court.net is None:
             raise NoThrow(f"{config.name} has no ball, or no court with a net; give it [ball] and [court] with a net")
-        ball, step = config.ball, float(config.model.opt.timestep)
-        self._flight = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, step)
+        self._flight = ball_of(config)
         self._court: CourtConfig = config.court
         self._random = np.random.default_rng(seed)
         self._kind = kind
@@ -134,7 +133,7 @@ class Launcher:
         return self._points[random.integers(len(self._points))], turned
 
     def _back(self, position: np.ndarray, velocity: np.ndarray, duration: float) -> np.ndarray:
-        """Integrate a flight without spin back in time; return positions and velocities (N, 6), the newest first."""
+        """Integrate a flight back in time; return positions and velocities (N, 6), the newest first."""
         times = -STEP_S * np.arange(round(duration / STEP_S) + 1)
         positions, velocities = (np.tile(vector, (len(times), 1)) for vector in (position, velocity))
         return np.hstack(travel(self._flight, Air(self._flight.drag), positions, velocities, times, STEPS))
@@ -154,7 +153,7 @@ class Launcher:
         if over < OVER_NET or across > net.half_width or not THROW_HEIGHTS[0] <= path[-1, 2] <= THROW_HEIGHTS[1]:
             return None
         position, velocity = tuple(path[-1, :3].tolist()), tuple(path[-1, 3:].tolist())
-        return Launch(position, velocity, (0.0, 0.0, 0.0), tuple(arrival.tolist()), float(time), bounces)
+        return Launch(position, velocity, tuple(arrival.tolist()), float(time), bounces)
 
 
 def _striking_volume(

@@ -45,30 +45,35 @@ class Learner:
         return Learner(law, np.diag(PRIOR_STD**2))
 
     def observe(
-        self, choice: Choice, ball_mass: float, left: np.ndarray, std: float = 0.02, law_error: np.ndarray | None = None
+        self,
+        choice: Choice,
+        ball_mass: float,
+        outgoing: np.ndarray,
+        std: float = 0.02,
+        law_error: np.ndarray | None = None,
     ) -> bool:
-        """Update with the outgoing velocity `left` (3,), m/s, of the hit `choice`; return False for an outlier.
+        """Update with the outgoing velocity (3,), m/s, of the hit `choice`; return False for an outlier.
 
         std: of each component, m/s. law_error: (3,), m/s, difference of a simulated contact from the law.
         """
         law = self.law
-        missed = left - law.outgoing(ball_mass, *choice.contact)[0] - (0.0 if law_error is None else law_error)
+        residual = outgoing - law.outgoing(ball_mass, *choice.contact)[0] - (0.0 if law_error is None else law_error)
         slope = law.derivatives(ball_mass, *choice.contact)[0]
         prior = self.covariance + np.diag(DRIFT_STD**2)
         unexplained = std**2 + (NOISE * float(np.linalg.norm(choice.outgoing - choice.incoming))) ** 2
         inner = slope @ prior @ slope.T + unexplained * np.eye(3)
-        if not np.isfinite(missed).all() or missed @ np.linalg.solve(inner, missed) > OUTLIER**2:
+        if not np.isfinite(residual).all() or residual @ np.linalg.solve(inner, residual) > OUTLIER**2:
             return False
         gain = np.linalg.solve(inner, slope @ prior).T
         self.covariance = prior - gain @ slope @ prior
-        found = np.array([law.restitution, law.friction, *law.bias]) + gain @ missed
+        found = np.array([law.restitution, law.friction, *law.bias]) + gain @ residual
         found = np.clip(found, LOWEST, HIGHEST)
         self.law = ContactLaw(float(found[0]), float(found[1]), law.duration, found[2:])
         self.hits += 1
         return True
 
 
-def left_with(
+def outgoing_velocity(
     times: Sequence[float], positions: np.ndarray, hit: float, ball: Ball, air: Air
 ) -> tuple[np.ndarray, float] | None:
     """Return the velocity (3,) at the time `hit` of a ball later seen at positions (n, 3), and its std (m/s).

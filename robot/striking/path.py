@@ -7,7 +7,7 @@ import numpy as np
 from robot.striking.flight import Air, Cubic
 from robot.striking.transition import POSITION, STEP_S, VELOCITY, Transition
 
-LOW = 0.3
+ROLLING_M_S = 0.3
 """m/s; a ball that leaves a bounce more slowly is assumed to roll."""
 NEAR_STEP_S = 0.02
 """Time between positions of a ball that are compared with points, s."""
@@ -56,7 +56,7 @@ class Path:
         last = np.searchsorted(ends, k, side="right") - 1
         return np.where(last >= 0, times - self.times[ends[last]], np.inf) if len(ends) else np.full(len(times), np.inf)
 
-    def comes_near(self, points: np.ndarray, distance: float) -> float:
+    def first_time_near(self, points: np.ndarray, distance: float) -> float:
         """Return the first time (s) at which the ball is within `distance` (m) of one of the points (n, 3), or inf."""
         times = np.arange(self.times[0], self.times[-1], NEAR_STEP_S)
         places, _ = self.at(times)
@@ -93,7 +93,7 @@ def predict(
             time += dwell
             done += 1
             states.append((time, mean, covariance, done))
-            if mean[5] < LOW:
+            if mean[5] < ROLLING_M_S:
                 break
     if len(states) == 1:
         states.append((time + 1e-6, mean, covariance, done))

@@ -14,7 +14,7 @@ FACTOR = 1.2
 """Safety factor of the deviation; the largest measured in 589 hits is 1.12."""
 PARTS = np.array([0.25, 0.5, 0.75, 1.0])
 """Parts of the time 1/ω at which the arm is checked."""
-GOES_ON_S = 0.03
+CONTINUES_S = 0.03
 """s for which the reference is assumed to continue with the velocities of the hit."""
 
 
@@ -25,14 +25,14 @@ class Recoil:
         self._arm = arm
         self._clearance = Clearance(arm.config, arm.config.model)
         times = PARTS[:, None] * 2 / arm.config.alpha
-        self._on_its_way = np.minimum(times, GOES_ON_S)
-        self._thrown = FACTOR * times * np.exp(-PARTS[:, None])
+        self._continued_s = np.minimum(times, CONTINUES_S)
+        self._deviation_s = FACTOR * times * np.exp(-PARTS[:, None])
 
     def postures(self, choice: Choice) -> np.ndarray:
         """Return postures of the deviating arm, (n, J), rad, up to the largest deviation."""
         impulse = self._arm.ball.mass * (choice.incoming - choice.outgoing)
         jump = self._arm.response(choice.positions, impulse)
-        return choice.positions + self._on_its_way * choice.velocities + self._thrown * jump
+        return choice.positions + self._continued_s * choice.velocities + self._deviation_s * jump
 
     def has_room(self, choice: Choice) -> bool:
         """Return whether the arm keeps the margin of plans during the recoil."""

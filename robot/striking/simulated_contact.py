@@ -33,23 +33,20 @@ class SimulatedContact:
     """Simulates hits with the robot's own model. It owns its model and data: use one a thread.
 
     ball: the ball's body, on a free joint or on three slides along the world's axes. law: the result is compared with
-    it. phases: parts of a simulation step, from its begin to the touch, over which results are averaged; empty: the
-    phase of the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of the tracking law (eq.
-    11), by which the controller resists the recoil; 0 keeps torques constant, for other simulations and if the robot's
-    tick is longer than a step of the model, and thus as long as a contact.
+    it; assign the calibrated one. phases: parts of a simulation step, from its begin to the touch, over which results
+    are averaged; empty: the phase of the hit's own time, for a ball whose flight is known exactly. alpha: 1/s, gain of
+    the tracking law (eq. 11), by which the controller resists the recoil; 0 keeps torques constant, for other
+    simulations and if the robot's tick is longer than a step of the model, and thus as long as a contact.
     """
 
     def __init__(
         self,
         config: RobotConfig,
         ball: str,
-        law: ContactLaw,
-        offset: float,
-        phases: tuple[float, ...] = (0.25, 0.75),
         alpha: float = 0.0,
     ) -> None:
-        self.law = law
-        self.phases = phases
+        self.law = ContactLaw(0.0, 0.0)
+        self.phases: tuple[float, ...] = (0.25, 0.75)
         self._model = model = config.load_model()
         self._alpha = alpha if config.tick < 1.5 * model.opt.timestep else 0.0
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
@@ -67,7 +64,6 @@ class SimulatedContact:
         self._geoms = frozenset(range(first_geom, first_geom + geoms))
         self._masses, self._square = np.zeros((model.nv, model.nv)), np.ix_(self._dofs, self._dofs)
         self._mass = float(model.body_mass[body])
-        self._offset = offset
 
     def __call__(self, choice: Choice) -> np.ndarray:
         """Return the difference (3,), m/s, of the velocity after a hit from the law's; 0 if the racket is missed.

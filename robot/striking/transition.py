@@ -15,11 +15,11 @@ SIZE = 11
 POSITION, VELOCITY, WIND = slice(0, 3), slice(3, 6), slice(6, 9)
 DRAG, RESTITUTION = 9, 10
 DIAGONAL = np.arange(3), np.arange(3)
-MOVES, BLOWS, DRIFTS, SPEEDS = (
+POSITION_BY_VELOCITY, POSITION_BY_WIND, VELOCITY_BY_WIND, VELOCITY_BY_VELOCITY = (
     (np.arange(row, row + 3), np.arange(column, column + 3)) for row, column in ((0, 3), (0, 6), (3, 6), (3, 3))
 )
-"""Diagonals of a transition: of positions by velocities, positions and velocities by the wind, velocities."""
-MOST = 100.0
+"""Index of the diagonal of a block of the transition matrix."""
+MAX_DOWNWARD = 100.0
 """Upper bound of a ball's downward acceleration, m/s²."""
 TANGENTIAL_SPREAD = 0.02
 """Standard deviation of the horizontal velocity after a bounce, as a part of that velocity."""
@@ -33,7 +33,6 @@ class Transition:
         self._surface = surface
         self._floor = surface.height + ball.radius
         self._unmodelled = unmodelled**2
-        self.spin = np.zeros(3)
 
     @property
     def dwell(self) -> float:
@@ -42,18 +41,18 @@ class Transition:
 
     def air(self, mean: np.ndarray) -> Air:
         """Return the forces on a ball of state `mean`."""
-        return Air(float(mean[DRAG]), mean[WIND], self.spin)
+        return Air(float(mean[DRAG]), mean[WIND])
 
     def time_to_bounce(self, mean: np.ndarray, within: float) -> float | None:
         """Return the time (s) to the next bounce, None if it is later than `within`, one step."""
         height, speed = float(mean[2]) - self._floor, float(mean[5])
         # Quick exit: even with the largest downward acceleration the ball stays above the surface.
-        if height > 0 and height + within * (speed - MOST * within / 2) > 0:
+        if height > 0 and height + within * (speed - MAX_DOWNWARD * within / 2) > 0:
             return None
         air, found = self.air(mean), within
         for _ in range(2):
-            middle = mean[VELOCITY] + acceleration(self._ball, air, mean[VELOCITY]) * (found / 2)
-            a = float(acceleration(self._ball, air, middle)[2])
+            middle = mean[VELOCITY] + acceleration(air, mean[VELOCITY]) * (found / 2)
+            a = float(acceleration(air, middle)[2])
             found = float(time_to_fall(height, speed, a, self._ball.step))
             if not (found <= within and (height > 0 or speed < 0)):
                 return None
@@ -67,8 +66,8 @@ class Transition:
         moved[POSITION], moved[VELOCITY] = fly(ball, air, mean[POSITION], mean[VELOCITY], time)
         near = time * (time + ball.step) / 2
         change = np.eye(SIZE)
-        change[MOVES] = time
-        change[BLOWS], change[DRIFTS] = near, time
+        change[POSITION_BY_VELOCITY] = time
+        change[POSITION_BY_WIND], change[VELOCITY_BY_WIND] = near, time
         v = (mean[VELOCITY] + moved[VELOCITY]) / 2
         speed = float(np.sqrt(v @ v))
         if air.drag and speed:
@@ -76,14 +75,9 @@ class Transition:
             slope[DIAGONAL] += air.drag * speed
             change[POSITION, VELOCITY] -= near * slope
             change[VELOCITY, VELOCITY] -= time * slope
-        if ball.magnus and self.spin.any():
-            x, y, z = ball.magnus * self.spin
-            slope = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-            change[POSITION, VELOCITY] += near * slope
-            change[VELOCITY, VELOCITY] += time * slope
         change[POSITION, DRAG], change[VELOCITY, DRAG] = -near * speed * v, -time * speed * v
         covariance = change @ covariance @ change.T
-        covariance[SPEEDS] += self._unmodelled * time
+        covariance[VELOCITY_BY_VELOCITY] += self._unmodelled * time
         return moved, covariance
 
     def bounce(self, mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,9 +93,9 @@ class Transition:
         change[5, RESTITUTION] = -v[2]
         change[0, 3] = change[1, 4] = surface.dwell * (1 + surface.tangential) / 2
         before_rate, after_rate = self._rate(mean), self._rate(after)
-        salt = change.copy()
-        salt[:, 2] += (after_rate - change @ before_rate) / min(before_rate[2], -1e-3)
-        covariance = salt @ covariance @ salt.T
+        saltation = change.copy()
+        saltation[:, 2] += (after_rate - change @ before_rate) / min(before_rate[2], -1e-3)
+        covariance = saltation @ covariance @ saltation.T
         covariance[3, 3] += (TANGENTIAL_SPREAD * v[0]) ** 2
         covariance[4, 4] += (TANGENTIAL_SPREAD * v[1]) ** 2
         covariance[5, 5] += (surface.spread * v[2]) ** 2
@@ -127,5 +121,5 @@ class Transition:
     def _rate(self, mean: np.ndarray) -> np.ndarray:
         found = np.zeros(SIZE)
         found[POSITION] = mean[VELOCITY]
-        found[VELOCITY] = acceleration(self._ball, self.air(mean), mean[VELOCITY])
+        found[VELOCITY] = acceleration(self.air(mean), mean[VELOCITY])
         return found

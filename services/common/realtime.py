@@ -133,8 +133,12 @@ def _share_promptly() -> None:
 
 
 @contextlib.contextmanager
-def receivers() -> Iterator[None]:
-    """Give threads that start inside the block, such as Zenoh's callback threads, SCHED_FIFO if it is granted."""
+def prioritise_new_threads() -> Iterator[None]:
+    """Give threads that start inside the block SCHED_FIFO if it is granted, so that they receive at once.
+
+    Declare topics on the bus inside: for each, Zenoh starts a thread that runs the callback. Threads that compute must
+    not get this priority, so start them outside. `prioritise_existing_threads` is for the threads of the session.
+    """
     with contextlib.suppress(OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(RECEIVING_PRIORITY))
     try:
@@ -183,8 +187,10 @@ def become_nice(niceness: int) -> None:
             Path("/proc/self/autogroup").write_text(str(niceness))
 
 
-def receive_first() -> None:
-    """Give every thread but the calling one SCHED_FIFO, so that Zenoh receives at once; call it once the bus is open.
+def prioritise_existing_threads() -> None:
+    """Give every thread but the calling one SCHED_FIFO, so that Zenoh receives at once.
+
+    Call it once the bus is open, and before threads that compute start.
 
     For planners and strikers, and for programs that subscribe to 1 kHz streams with the clock `paced`, because the
     publishers wait for slow subscribers: robot time would slow down, and replies, which follow the streams, would

@@ -52,7 +52,7 @@ def main() -> None:
         planner = Planner(bus, config, library, lead, log)
         planner.warm_up()
         realtime.freeze_garbage()
-        realtime.receive_first()
+        realtime.prioritise_existing_threads()
         Loop(bus, planner, library, config, lead, log).serve(stopping)
 
     realtime.become_prompt()

@@ -20,7 +20,7 @@ from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal
 from robot.description import RobotConfig
-from services.common.realtime import Urgency, receivers
+from services.common.realtime import Urgency, prioritise_new_threads
 from services.common.refusing import refusing
 from services.common.stray_puts import StrayPuts
 from services.planner.core import Planner
@@ -74,7 +74,7 @@ class Loop:
     def serve(self, stopping: threading.Event) -> None:
         """Answer requests one at a time until `stopping` is set."""
         arm_appeared = threading.Event()
-        with receivers():
+        with prioritise_new_threads():
             watch = ControllerWatch(self._bus, self._log, self._planner.receive_status)
             stray_puts = StrayPuts(self._bus, self._log)
             for query in topics.QUERIES:

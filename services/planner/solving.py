@@ -9,7 +9,7 @@ from typing import TypeVar
 from motion.alternatives import AllRefused, plan_best
 from motion.dmp_plan import plan_dmp
 from motion.errors import MotionError, OutOfTime
-from motion.plan import Plan, SplinePlan, Warm, plan, plan_fastest
+from motion.plan import Plan, SplinePlan, WarmStart, plan, plan_fastest
 from motion.primitive import Primitive
 from motion.request import MotionRequest
 from motion.sampled import SampledPlan, check_limits
@@ -107,7 +107,7 @@ class Solver:
         self.motions = MotionCheck(config)
         self._config = config
         self._tool_space = ToolSpace(config)
-        self._warm: dict[str, Warm] = {}
+        self._warm: dict[str, WarmStart] = {}
 
     def warm_up(self) -> None:
         """Load and warm up the modules for goals in tool space."""

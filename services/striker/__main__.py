@@ -18,9 +18,10 @@ from services.common import realtime
 from services.common.cli import MISUSED, Common, Options, StrikerFlags
 from services.common.single_instance import SingleInstance
 from services.common.startup import start_beside_loops
+from services.striker.bus_link import BusLink
 from services.striker.core import Striker
-from services.striker.loop import LENGTH, BusLink, Loop
-from services.striker.mind import CannotStrike, Mind
+from services.striker.hit_planner import CannotStrike, HitPlanner
+from services.striker.loop import LENGTH, Loop
 from services.striker.quintic import QuinticLink
 
 LEARNED = Path.home() / ".local" / "share" / "volley" / "striker"
@@ -42,23 +43,23 @@ def main() -> None:
     """
     flags = tyro.cli(Flags)
     log, stopping, config = start_beside_loops("striker", flags.common)
-    mind = prepare(flags, config, log)
+    hit_planner = prepare(flags, config, log)
 
     def serve(bus: Bus) -> None:
         inbox: Inbox[Any] = Inbox(LENGTH)
         library = ask_library(bus, config, stopping)
         quintic = flags.own.method == "quintic"
         link = QuinticLink(bus, inbox, config) if quintic else BusLink(bus, inbox)
-        striker = Striker(config, mind, link, library, log, "dmp" if flags.own.method == "dmp" else "qp")
+        striker = Striker(config, hit_planner, link, library, log, "dmp" if flags.own.method == "dmp" else "qp")
         realtime.freeze_garbage()
-        realtime.receive_first()
+        realtime.prioritise_existing_threads()
         Loop(bus, inbox, striker, log).serve(stopping)
 
     realtime.become_prompt()
     raise SystemExit(SingleInstance("striker", flags.common, config.name, log).run(serve, stopping))
 
 
-def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> Mind:
+def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> HitPlanner:
     """Build the striker's mathematics for this robot.
 
     Raises:
@@ -67,7 +68,7 @@ def prepare(flags: Flags, config: RobotConfig, log: logging.Logger) -> Mind:
     learned = flags.own.learned or LEARNED / f"{(flags.common.robot or config.name).replace('/', '-')}.json"
     learned.parent.mkdir(parents=True, exist_ok=True)
     try:
-        return Mind(config, learned, log)
+        return HitPlanner(config, learned, log)
     except CannotStrike as error:
         log.error("%s", error)
         raise SystemExit(MISUSED) from None

@@ -11,24 +11,11 @@ from robot.striking.choice import Choice
 
 Stage = Literal["seen", "swinging", "struck", "over"]
 FLOWN = 0.9
-"""Part of the flight to the target after which a ball is judged, so that spin and air count."""
+"""Part of the flight to the target after which a ball is evaluated, so that spin and air count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
-    """A hit that was seen: its time (s), the ball's position and velocity after it (3,), time and place of landing.
-
-    velocity and landing are None with too few sights.
-    """
-
-    time: float
-    position: np.ndarray
-    velocity: np.ndarray | None
-    landing: tuple[float, np.ndarray] | None
-
-
-@dataclass(slots=True, eq=False)
-class Asked:
+class PendingGoal:
     """A goal that waits for its reply: its hit, and the motion that it corrects."""
 
     goal_id: str
@@ -45,37 +32,37 @@ class Attempt:
         stage: seen: no hit is planned; swinging: a hit is planned; struck: the ball has left the racket; over: it
             landed or was missed.
         choice: The hit that is played.
-        further: Hits, or touches of a correction, to try next if the planner refuses.
+        candidates: Hits, or touches of a correction, to request next if the planner refuses.
         goal_id: Of the motion that is played.
         primitive: Imitated by that motion.
-        asked: The goal that waits for its reply.
+        pending: The goal that waits for its reply.
         rest_time: End of the motion that is played, robot time.
         revisions: Number of accepted corrections.
-        again: When to search for a hit again, if none was found.
-        decided: Time of the last sight that a decision has used.
-        began: Begin of that decision, robot time.
+        next_search: When to search for a hit again, if none was found.
+        sight_time: Time of the last sight that a decision has used.
+        decision_time: Begin of that decision, robot time.
         sights: Times and positions of the ball after the planned touch.
-        touch: Contact of ball and racket, if the robot side reports it.
+        contact: Contact of ball and racket, if the robot side reports it.
         reason: Why no hit was found or played last.
-        refused_for: The kind of that reason.
+        reason_kind: The kind of that reason.
     """
 
     ball: int
     stage: Stage = "seen"
     choice: Choice | None = None
-    further: Iterator[Choice] = field(default_factory=lambda: iter(()))
+    candidates: Iterator[Choice] = field(default_factory=lambda: iter(()))
     goal_id: str | None = None
     primitive: str = ""
-    asked: Asked | None = None
+    pending: PendingGoal | None = None
     rest_time: float = 0.0
     revisions: int = 0
-    again: float = -np.inf
-    decided: float = -np.inf
-    began: float = 0.0
+    next_search: float = -np.inf
+    sight_time: float = -np.inf
+    decision_time: float = 0.0
     sights: list[tuple[float, np.ndarray]] = field(default_factory=list)
-    touch: m.Contact | None = None
+    contact: m.Contact | None = None
     reason: str = ""
-    refused_for: str = ""
+    reason_kind: str = ""
 
     def has_flown(self, now: float) -> bool:
         """Return whether a ball that has left the racket is about to land at `now`, s."""

@@ -20,7 +20,7 @@ class Clock:
         self._run: int | None = None
         self._newest: State | None = None
 
-    def take(self, command: m.Command) -> bool:
+    def update(self, command: m.Command) -> bool:
         """Process the newest command; return whether it begins a new run of the robot."""
         is_new_run = self._run is not None and command.run != self._run
         if is_new_run:
@@ -33,7 +33,7 @@ class Clock:
         self._newest = State(time, *(np.array(value) for value in values))
         return is_new_run
 
-    def start(self, lead: float) -> State | None:
+    def state_after(self, lead: float) -> State | None:
         """Return the state of the reference `lead` (s) from now; None while no controller sends commands."""
         newest = self._newest
         if newest is None or self.now - newest.time > SILENT_S:

@@ -8,7 +8,8 @@ from protocol import messages as m
 from robot.description import RobotConfig
 from robot.striking.choice import Choice
 from robot.striking.path import Path
-from services.striker.attempt import Asked, Attempt, Outcome
+from services.striker.attempt import Attempt, PendingGoal
+from services.striker.outcomes import Outcome
 
 READY = "ready"
 """Name of the primitive that returns the arm to its ready pose, if the library has it."""
@@ -19,17 +20,17 @@ CLIENT = "striker"
 Method = Literal["qp", "dmp"]
 
 
-def goal_message(asked: Asked, primitive: str, follow_through: float, method: Method) -> m.Goal:
+def goal_message(pending: PendingGoal, primitive: str, follow_through: float, method: Method) -> m.Goal:
     """Return the goal of a hit, or of its correction; `follow_through` (s) is for the method qp."""
     return m.Goal(
         primitive=primitive,
-        positions=asked.choice.positions.tolist(),
-        velocities=asked.choice.velocities.tolist(),
-        arrival_time=asked.choice.goal_time,
+        positions=pending.choice.positions.tolist(),
+        velocities=pending.choice.velocities.tolist(),
+        arrival_time=pending.choice.goal_time,
         follow_through=follow_through if method == "qp" else 0.0,
         method=method,
-        revises=asked.revises,
-        goal_id=asked.goal_id,
+        revises=pending.revises,
+        goal_id=pending.goal_id,
         client_id=CLIENT,
     )
 
@@ -44,12 +45,12 @@ def strike_message(
     attempt: Attempt, phase: m.StrikePhase, now: float, path: Path | None, reason: str, outcome: Outcome | None
 ) -> m.Strike:
     """Return the publication about a ball. path: its prediction; outcome: how it left the hit."""
-    choice = attempt.asked.choice if attempt.asked else attempt.choice
+    choice = attempt.pending.choice if attempt.pending else attempt.choice
     return m.Strike(
         ball=attempt.ball,
         phase=phase,
         time=now,
-        sight=attempt.decided if np.isfinite(attempt.decided) else None,
+        sight=attempt.sight_time if np.isfinite(attempt.sight_time) else None,
         prediction=None if path is None else _prediction(path, choice.time if choice else float(path.times[-1])),
         racket=None if choice is None else _aim(choice),
         goal_id=attempt.goal_id,

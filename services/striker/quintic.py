@@ -18,8 +18,8 @@ from protocol.errors import Refusal
 from robot.conversions import collision_refusal
 from robot.description import RobotConfig
 from robot.motion_check import Collides, MotionCheck
-from services.striker.loop import Answered, BusLink
-from services.striker.outside import Taken
+from services.striker.bus_link import BusLink, GoalAnswer
+from services.striker.link import AcceptedGoal
 
 LEAD_S = 0.02
 """Lead from the reference to the begin of a motion, s, for planning and the controller's check."""
@@ -34,20 +34,20 @@ class QuinticLink(BusLink):
         self._config = config
         self._motions = MotionCheck(config)
 
-    def ask(self, goal: m.Goal) -> None:
+    def send_goal(self, goal: m.Goal) -> None:
         """Send a goal; the polynomial of a hit is planned when the loop reads the reply."""
         if goal.arrival_time is None:
-            super().ask(goal)
+            super().send_goal(goal)
         else:
-            self._inbox.offer(Answered(goal.goal_id or "", partial(self._play, goal)))
+            self._inbox.offer(GoalAnswer(goal.goal_id or "", partial(self._play, goal)))
 
-    def _play(self, goal: m.Goal) -> Taken:
+    def _play(self, goal: m.Goal) -> AcceptedGoal:
         requested = time.time_ns()
         reference = self._bus.ask(topics.REFERENCE, m.ReferenceRequest(lead=LEAD_S))
         trajectory = quintic_message(goal, reference, self._config, self._motions, requested)
         accepted = self._bus.ask(topics.EXECUTE, trajectory)
         rest = accepted.start_time + (trajectory.count - 1) * trajectory.dt
-        return Taken(accepted.goal_id, accepted.start_time, rest)
+        return AcceptedGoal(accepted.goal_id, accepted.start_time, rest)
 
 
 def quintic_message(

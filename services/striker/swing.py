@@ -7,29 +7,27 @@ from protocol import messages as m
 from protocol.errors import Refusal
 from robot.striking.choice import Choice, NoHit
 from robot.striking.estimator import Estimate
-from services.striker.attempt import Asked, Attempt
+from services.striker.attempt import Attempt, PendingGoal
 from services.striker.clock import Clock
+from services.striker.hit_planner import HitPlanner
+from services.striker.link import AcceptedGoal, Reply
 from services.striker.messages import Method, goal_message
-from services.striker.mind import Mind
 from services.striker.orders import Order
-from services.striker.outside import Reply, Taken
-from services.striker.repertoire import Repertoire
-from services.striker.voice import Voice
+from services.striker.primitives import StrikePrimitives
+from services.striker.publications import DecisionPublisher
 
 CHOICE_PERIOD_S = 0.05
 """Time between choices for a ball without a hit, s."""
 LEAD_S, CORRECTION_LEAD_S = 0.05, 0.015
 """Leads from a decision to the begin of its motion, before any is measured: of a first hit and of a correction, s."""
-SOONEST_S = 0.1
+MIN_TIME_S = 0.1
 """A hit sooner than this is not requested: the choice took too long. s."""
-HOPELESS = ("fault", "busy", "not_holder", "unavailable")
+GENERAL_REFUSALS = ("fault", "busy", "not_holder", "unavailable")
 """Refusals that every goal would get now."""
-REPLACED = ("superseded", "unknown_goal")
+REPLACED_REFUSALS = ("superseded", "unknown_goal")
 """Refusals of a correction whose motion is no longer played."""
-
-
-LONGEST_S = 0.3
-REMEMBERED = 8
+MAX_LEAD_S, REMEMBERED = 0.3, 8
+"""Largest lead, s, and number of remembered leads."""
 
 
 class RecentLead:
@@ -40,7 +38,7 @@ class RecentLead:
 
     def note(self, seconds: float) -> None:
         """Record the time of one decision."""
-        self._recent.append(min(max(seconds, 0.0), LONGEST_S))
+        self._recent.append(min(max(seconds, 0.0), MAX_LEAD_S))
 
     def seconds(self) -> float:
         """Return the lead of the next decision."""
@@ -48,101 +46,102 @@ class RecentLead:
 
 
 class Swing:
-    """Finds the hit of an attempt and requests it with `ask`; pass the reply to `answered`."""
+    """Finds the hit of an attempt and requests it with `send_goal`; pass the reply to `handle_reply`."""
 
     def __init__(
         self,
-        mind: Mind,
+        hit_planner: HitPlanner,
         clock: Clock,
-        repertoire: Repertoire,
-        voice: Voice,
-        ask: Callable[[m.Goal], object],
-        names: Iterator[str],
+        primitives: StrikePrimitives,
+        publisher: DecisionPublisher,
+        send_goal: Callable[[m.Goal], object],
+        goal_ids: Iterator[str],
         method: Method,
     ) -> None:
-        self._mind = mind
+        self._hit_planner = hit_planner
         self._clock = clock
-        self._repertoire = repertoire
-        self._voice = voice
-        self._send = ask
-        self._names = names
+        self._primitives = primitives
+        self._publisher = publisher
+        self._send_goal = send_goal
+        self._goal_ids = goal_ids
         self._method: Method = method
-        self._lead = RecentLead(LEAD_S), RecentLead(CORRECTION_LEAD_S)
+        self._leads = RecentLead(LEAD_S), RecentLead(CORRECTION_LEAD_S)
 
     def choose(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
         """Choose a first hit of a ball and request it, if there are new sights since the last choice."""
         now = self._clock.now
-        if attempt.asked is not None or ball.time <= attempt.decided or now < attempt.again:
+        if attempt.pending is not None or ball.time <= attempt.sight_time or now < attempt.next_search:
             return
-        begin = self._clock.start(self._lead[0].seconds())
+        begin = self._clock.state_after(self._leads[0].seconds())
         if begin is None:
             return
-        attempt.decided, attempt.again, attempt.began = ball.time, now + CHOICE_PERIOD_S, now
+        attempt.sight_time, attempt.next_search, attempt.decision_time = ball.time, now + CHOICE_PERIOD_S, now
         try:
-            choices = self._mind.choose(begin, order)
+            choices = self._hit_planner.choose(begin, order)
         except NoHit as reason:
-            self._voice.refuse(attempt, now, reason)
+            self._publisher.publish_refusal(attempt, now, reason)
             return
-        attempt.further = choices
-        self._ask_next(attempt, order.primitives)
+        attempt.candidates = choices
+        self._request_next(attempt, order.primitives)
 
     def correct(self, attempt: Attempt, order: Order, ball: Estimate) -> None:
         """Correct the hit with the newest sight, at most once a period, until shortly before the touch."""
         choice, now = attempt.choice, self._clock.now
         assert choice is not None
-        if attempt.asked is not None or now > choice.time - order.until:
+        if attempt.pending is not None or now > choice.time - order.until:
             return
-        if ball.time < attempt.decided + max(order.period, 1e-3) - 1e-6:
+        if ball.time < attempt.sight_time + max(order.period, 1e-3) - 1e-6:
             return
-        begin = self._clock.start(self._lead[1].seconds())
+        begin = self._clock.state_after(self._leads[1].seconds())
         if begin is None:
             return
-        attempt.decided, attempt.began = ball.time, now
-        attempt.further = self._mind.correct(begin, order, choice)
+        attempt.sight_time, attempt.decision_time = ball.time, now
+        attempt.candidates = self._hit_planner.correct(begin, order, choice)
         try:
-            better = next(attempt.further)
+            better = next(attempt.candidates)
         except NoHit as reason:
-            self._voice.refuse(attempt, now, reason)
+            self._publisher.publish_refusal(attempt, now, reason)
             return
-        self._ask(attempt, better, attempt.goal_id)
+        self._request(attempt, better, attempt.goal_id)
 
-    def answered(self, attempt: Attempt, primitives: tuple[str, ...], reply: Reply) -> None:
+    def handle_reply(self, attempt: Attempt, allowed: tuple[str, ...], reply: Reply) -> None:
         """Process the reply to the requested goal."""
-        asked, attempt.asked = attempt.asked, None
-        assert asked is not None
-        if isinstance(reply, Taken):
-            self._play(attempt, asked, reply)
+        goal, attempt.pending = attempt.pending, None
+        assert goal is not None
+        if isinstance(reply, AcceptedGoal):
+            self._adopt(attempt, goal, reply)
             return
         now = self._clock.now
-        self._voice.refuse(attempt, now, reply)
+        self._publisher.publish_refusal(attempt, now, reply)
         code = reply.code if isinstance(reply, Refusal) else "unavailable"
-        if asked.revises is None:
-            if code not in HOPELESS:
-                self._ask_next(attempt, primitives)
-        elif code in REPLACED:
-            self._voice.miss(attempt, now, f"the swing was replaced: {reply}")
-        elif code not in HOPELESS and (touch := next(attempt.further, None)) is not None:
-            attempt.began = now
-            self._ask(attempt, touch, asked.revises)
+        if goal.revises is None:
+            if code not in GENERAL_REFUSALS:
+                self._request_next(attempt, allowed)
+        elif code in REPLACED_REFUSALS:
+            self._publisher.end_without_hit(attempt, now, f"the swing was replaced: {reply}")
+        elif code not in GENERAL_REFUSALS and (touch := next(attempt.candidates, None)) is not None:
+            attempt.decision_time = now
+            self._request(attempt, touch, goal.revises)
 
-    def _play(self, attempt: Attempt, asked: Asked, reply: Taken) -> None:
+    def _adopt(self, attempt: Attempt, goal: PendingGoal, reply: AcceptedGoal) -> None:
         """Adopt an accepted hit or correction."""
-        attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, asked.choice, "swinging"
+        attempt.goal_id, attempt.choice, attempt.stage = reply.goal_id, goal.choice, "swinging"
         attempt.rest_time = reply.rest_time
-        attempt.reason = attempt.refused_for = ""
-        attempt.revisions += asked.revises is not None
-        self._lead[asked.revises is not None].note(reply.start_time - attempt.began)
-        self._voice.say(attempt, "planned" if asked.revises is None else "revised", self._clock.now)
-        if asked.revises is not None:
-            attempt.choice = self._mind.rehearsed(asked.choice)
+        attempt.reason = attempt.reason_kind = ""
+        attempt.revisions += goal.revises is not None
+        self._leads[goal.revises is not None].note(reply.start_time - attempt.decision_time)
+        self._publisher.publish(attempt, "planned" if goal.revises is None else "revised", self._clock.now)
+        if goal.revises is not None:
+            attempt.choice = self._hit_planner.with_simulated_contact(goal.choice)
 
-    def _ask_next(self, attempt: Attempt, primitives: tuple[str, ...]) -> None:
+    def _request_next(self, attempt: Attempt, allowed: tuple[str, ...]) -> None:
         """Request the next found hit for which there is still time; without one, `choose` searches again."""
-        choice = next((c for c in attempt.further if c.goal_time > self._clock.now + SOONEST_S), None)
+        choice = next((c for c in attempt.candidates if c.goal_time > self._clock.now + MIN_TIME_S), None)
         if choice is not None:
-            attempt.primitive = self._repertoire.nearest(choice.goal_time - self._clock.now, primitives)
-            self._ask(attempt, choice, None)
+            attempt.primitive = self._primitives.nearest(choice.goal_time - self._clock.now, allowed)
+            self._request(attempt, choice, None)
 
-    def _ask(self, attempt: Attempt, choice: Choice, revises: str | None) -> None:
-        attempt.asked = Asked(next(self._names), choice, revises)
-        self._send(goal_message(attempt.asked, attempt.primitive, self._mind.follow_through, self._method))
+    def _request(self, attempt: Attempt, choice: Choice, revises: str | None) -> None:
+        attempt.pending = PendingGoal(next(self._goal_ids), choice, revises)
+        follow_through = self._hit_planner.follow_through
+        self._send_goal(goal_message(attempt.pending, attempt.primitive, follow_through, self._method))

@@ -34,7 +34,7 @@ def swinging(stack: Stack, seed: int) -> m.Strike:
     wait_for(lambda: stack.mode() == "holding", "the arm to reach its ready pose")
     launch = Launcher(ROBOT, seed).next()
     stack.drain(topics.STRIKES)  # drop those of the ball before
-    stack.bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin))
+    stack.bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity))
     while (said := stack.next(topics.STRIKES)).phase not in ("planned", "missed"):
         pass
     assert said.phase == "planned", said.reason

@@ -7,13 +7,12 @@ from pathlib import Path
 import tyro
 from rich.console import Console
 
+from client import Arm, connect
 from protocol import messages as m
-from protocol import topics
-from protocol.bus.bus import Bus
 from protocol.errors import NoAnswer, Refusal
 from robot.description import load_robot
 from services.common.cell import running_cell
-from services.common.cli import MISUSED, Common, Options
+from services.common.cli import MISUSED, Common, Options, robot_name
 from services.common.signals import end_like_ctrl_c
 from services.common.supervisor import NotReady
 from tools.demo.play import Player, StrikeOutcome
@@ -68,14 +67,18 @@ def main() -> int:
 def run(flags: Flags, console: Console) -> tuple[list[StrikeOutcome], m.Cycle]:
     """Start all services, strike, and stop them; return the outcomes and the controller's timing."""
     values: dict[str, object] = {"clock": flags.clock, "record": flags.record, "live": flags.live}
-    with running_cell(flags.common, values, quiet=not flags.verbose) as cell:
-        outcomes = strike_all(cell.bus, console)
-        return outcomes, cell.bus.ask(topics.STATUS_QUERY, m.Empty()).cycle
+    common = flags.common
+    with (
+        running_cell(common, values, quiet=not flags.verbose) as cell,
+        connect(cell.endpoint, robot_name(common), config=common.zenoh_config) as arm,
+    ):
+        outcomes = strike_all(arm, console)
+        return outcomes, arm.status().cycle
 
 
-def strike_all(bus: Bus, console: Console) -> list[StrikeOutcome]:
+def strike_all(arm: Arm, console: Console) -> list[StrikeOutcome]:
     """Play every strike and show the progress."""
-    player, outcomes = Player(bus), []
+    player, outcomes = Player(arm), []
     with progress(console, "the first strike") as say:
         for number, strike in enumerate(STRIKES, 1):
             title = f"strike {number} of {len(STRIKES)}, {strike.title}"

@@ -1,24 +1,20 @@
 """Play one strike on running services and collect its result."""
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import msgspec
-
+from client import Arm, GoalFields, topics
 from protocol import messages as m
-from protocol import topics
-from protocol.bus.bus import Bus
-from protocol.codec import decode
-from tools.demo.strikes import PUSH_FOR, PUSH_FROM, Strike, largest, noise_request
+from tools.demo.strikes import PRIMITIVE, PUSH_FOR, PUSH_FROM, Strike, largest, noise_request
 
 SETTLE_S = 0.4
 """Rest before a strike, s of wall time."""
 FLIGHT_S = 0.8
 """Recorded flight of the ball after a strike, s of wall time."""
-POLL_S = 0.02
 CONTACTS = 64
-"""Capacity of the queue of contacts: more than a strike has."""
+"""Capacity of the stream of contacts: more than a strike has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +67,9 @@ class StrikeOutcome:
 class Player:
     """Plays strikes on running services."""
 
-    def __init__(self, bus: Bus) -> None:
-        self._bus = bus
-        self._contacts = bus.collect(topics.CONTACT, CONTACTS)
+    def __init__(self, arm: Arm) -> None:
+        self._arm = arm
+        self._contacts = arm.stream(topics.CONTACT, CONTACTS)
 
     def play(self, strike: Strike, seed: int, say: Callable[[str], object]) -> StrikeOutcome:
         """Place the arm and the ball, strike, and wait until the arm is at rest.
@@ -84,42 +80,33 @@ class Player:
             Refusal: the goal or a disturbance was refused.
             NoAnswer: a service does not reply.
         """
+        arm = self._arm
         say("placing arm and ball")
-        start = None if strike.start is None else list(strike.start)
-        self._bus.ask(topics.SIM_RESET, m.Reset(positions=start, seed=seed))
+        arm.reset_sim(positions=strike.start, seed=seed)
         began = time.monotonic()
         if strike.noise:
-            self._bus.ask(topics.SIM_DISTURB, noise_request(strike))
+            arm.ask(topics.SIM_DISTURB, noise_request(strike))
         time.sleep(SETTLE_S)
         self._ball_speed()  # drops the contacts of the strike before
         say("planning")
-        name = strike.title.replace(" ", "-").replace(",", "")
-        reply = self._bus.ask(topics.GOAL, msgspec.structs.replace(strike.goal, goal_id=name))
+        fields: GoalFields = {**strike.fields, "goal_id": strike.title.replace(" ", "-").replace(",", "")}
+        motion = arm.goal(PRIMITIVE, **fields)
         if strike.push is not None:
-            begin = reply.start_time + PUSH_FROM
-            push = m.Disturb(kind="acceleration", values=list(strike.push), start_time=begin, duration=PUSH_FOR)
-            self._bus.ask(topics.SIM_DISTURB, push)
-        say(f"striking in {reply.duration:.2f} s")
-        result = self._wait(reply)
+            begin = motion.start_time + PUSH_FROM
+            arm.disturb("acceleration", values=strike.push, start_time=begin, duration=PUSH_FOR)
+        say(f"striking in {motion.reply.duration:.2f} s")
+        result = motion.wait()
         say("watching the ball")
         time.sleep(FLIGHT_S)
-        robot_s, wall_s = self._bus.ask(topics.STATE_QUERY, m.Empty()).time, time.monotonic() - began
-        return StrikeOutcome(strike, reply, result, self._ball_speed(), robot_s, wall_s)
-
-    def _wait(self, reply: m.GoalReply) -> m.Result:
-        """Wait until the goal has ended, and return its result."""
-        time.sleep(reply.total_duration)
-        while True:
-            result = self._bus.ask(topics.RESULT, m.ResultRequest(goal_id=reply.goal_id))
-            if result.outcome != "running":
-                return result
-            time.sleep(POLL_S)
+        robot_s, wall_s = arm.state().time, time.monotonic() - began
+        return StrikeOutcome(strike, motion.reply, result, self._ball_speed(), robot_s, wall_s)
 
     def _ball_speed(self) -> float:
         """Return the ball's speed after the touch, m/s; 0 if the racket missed it."""
         speed = 0.0
-        for body, _ in iter(self._contacts.take, None):
-            contact = decode(body, m.Contact)
-            if "racket" in contact.bodies and contact.ball_velocity is not None:
-                speed = sum(component**2 for component in contact.ball_velocity) ** 0.5
+        with contextlib.suppress(TimeoutError):
+            while True:
+                contact = self._contacts.take(timeout=0)
+                if "racket" in contact.bodies and contact.ball_velocity is not None:
+                    speed = sum(component**2 for component in contact.ball_velocity) ** 0.5
         return speed

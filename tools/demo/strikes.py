@@ -1,12 +1,15 @@
 """The demo's five strikes and their error bounds at the hit."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from client import GoalFields
 from deploy.demonstrations.make_forehand import HIT, HIT_VELOCITIES
 from protocol import messages as m
 
+PRIMITIVE = "forehand"
 ANOTHER_START = (-0.35, 0.45, 0.95, -0.1, 0.1, 0.0)  # rad
 FASTER = tuple(1.15 * velocity for velocity in HIT_VELOCITIES)  # rad/s
 TIGHT = m.GoalLimits(
@@ -30,7 +33,7 @@ class Strike:
 
     Attributes:
         title: Title in the report.
-        goal: The goal.
+        fields: The fields of the goal.
         start: Initial joint positions, rad; by default home.
         noise: Standard deviation of the sensor noise, as a fraction of the demonstration's excursion and speed.
         push: Accelerations of a push on the joints, rad/s²; by default none.
@@ -39,25 +42,35 @@ class Strike:
     """
 
     title: str
-    goal: m.Goal
+    fields: GoalFields
     start: tuple[float, ...] | None = None
     noise: float = 0.0
     push: tuple[float, ...] | None = None
     position_bound: float = 5e-3
     velocity_bound: float = 5e-2
 
+    @property
+    def goal(self) -> m.Goal:
+        """The goal."""
+        return m.Goal(primitive=PRIMITIVE, **self.fields)  # type: ignore[arg-type]
 
-def goal(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: object) -> m.Goal:
+
+def hit(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: Any) -> GoalFields:
+    """Return the fields of a goal that hits the ball with the forehand."""
+    return GoalFields(positions=list(HIT), velocities=list(velocities), **fields)
+
+
+def goal(velocities: tuple[float, ...] = HIT_VELOCITIES, **fields: Any) -> m.Goal:
     """Return a goal that hits the ball with the forehand."""
-    return m.Goal(primitive="forehand", positions=list(HIT), velocities=list(velocities), **fields)  # type: ignore[arg-type]
+    return m.Goal(primitive=PRIMITIVE, **hit(velocities, **fields))  # type: ignore[arg-type]
 
 
 STRIKES = (
-    Strike("as demonstrated", goal()),
-    Strike("new start, 0.8 s", goal(FASTER, duration=0.8), ANOTHER_START),
-    Strike("and tighter limits", goal(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
-    Strike("through a waypoint", goal(waypoints=[WAYPOINT])),
-    Strike("noise and a push", goal(), None, NOISE, PUSH, 2e-2, 5e-1),
+    Strike("as demonstrated", hit()),
+    Strike("new start, 0.8 s", hit(FASTER, duration=0.8), ANOTHER_START),
+    Strike("and tighter limits", hit(FASTER, duration=0.8, limits=TIGHT), ANOTHER_START),
+    Strike("through a waypoint", hit(waypoints=[WAYPOINT])),
+    Strike("noise and a push", hit(), None, NOISE, PUSH, 2e-2, 5e-1),
 )
 
 

@@ -25,7 +25,7 @@ MARGIN = 100
 """Longest signature, characters, that stays on one line."""
 
 DECORATORS = ("staticmethod", "classmethod", "contextmanager", "asynccontextmanager")
-"""Decorators that the page shows. The client's `Twofold` makes a blocking method and its awaitable twin."""
+"""Decorators that the page shows. The client's `SyncOrAsync` makes a blocking method and its awaitable twin."""
 
 Definition = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
@@ -137,7 +137,7 @@ def declaration(definition: Definition) -> str:
     returns = f" -> {ast.unparse(definition.returns)}" if definition.returns else ""
     if any(name in ("property", "cached_property") for name in decorators):
         return f"{definition.name}: {returns.removeprefix(' -> ')}"
-    awaited = isinstance(definition, ast.AsyncFunctionDef) and "Twofold" not in decorators
+    awaited = isinstance(definition, ast.AsyncFunctionDef) and "SyncOrAsync" not in decorators
     prefix = "async def" if awaited else "def"
     kept = [f"@{name}\n" for name in decorators if name in DECORATORS]
     return "".join(kept) + wrapped(f"{prefix} {definition.name}", arguments(definition.args), returns)

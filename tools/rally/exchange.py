@@ -8,7 +8,8 @@ import numpy as np
 from protocol.messages import Throw
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
-from robot.striking.flight import GRAVITY, Air, Ball, aim
+from robot.striking.conversions import ball_of
+from robot.striking.flight import GRAVITY, Air, aim
 
 SERVE = 0.55, 0.25
 """Start of a serve: fraction of the way from the net to the server's racket, and height above the racket, m."""
@@ -72,8 +73,7 @@ def serve(server: RobotConfig, play: Exchange, random: np.random.Generator) -> T
     begin = top + fraction * (racket_at_home(server) - top)
     begin[2] = racket_at_home(server)[2] + above
     place = play.target + np.array([*random.uniform(-SPREAD_M, SPREAD_M, 2), ball.radius])
-    flown = Ball(ball.mass, ball.radius, ball.drag, ball.magnus, 1 / 1000)
-    velocity = aim(flown, Air(ball.drag), begin[None], place, np.array([play.flight_time]))[0][0]
+    velocity = aim(ball_of(server), Air(ball.drag), begin[None], place, np.array([play.flight_time]))[0][0]
     x, y, z = begin.tolist()
     u, v, w = velocity.tolist()
     return Throw(position=(x, y, z), velocity=(u, v, w))

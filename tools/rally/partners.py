@@ -50,7 +50,7 @@ def rally_with(flags: Flags, console: Console, played: list[Rally]) -> None:
     values = flags.service_flags() | {"unindexed": True}  # the index of a long rally would take gigabytes until its end
     with two_cells(flags.common, values, flags.learned, not flags.verbose) as cells:
         buses = dict(zip(configs, (cell.bus for cell in cells), strict=True))
-        realtime.receive_first()
+        realtime.prioritise_existing_threads()
         player = RallyPlayer(buses, configs, flags.seed, flags.strokes)
         player.begin(flags.camera_noise(), flags.correction_hz)
         with progress(console, "the first serve") as say:

@@ -126,9 +126,7 @@ class Player:
         routed_ns: dict[float, int] = {}
         self._messages.waiting()  # discard the messages about the ball before
         launch = stroke.launch
-        thrown = self._bus.ask(
-            topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity, spin=launch.spin)
-        ).time
+        thrown = self._bus.ask(topics.SIM_BALL, m.Throw(position=launch.position, velocity=launch.velocity)).time
         until, now = thrown + launch.flight_time + AFTER_ARRIVAL_S, thrown
         jumps_at = thrown + launch.flight_time * JUMPS_AT if self._targets.move else math.inf
         while now < until:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from client import AsyncStream, Refusal, StreamEnded, connect, connect_async, samples, topics
 from client.mailboxes import AwaitedMailbox, BlockingMailbox
-from client.twofold import run
+from client.sync_or_async import run
 from protocol import messages as m
 from tests.golden.examples import EXAMPLES
 from tests.golden.values import SAMPLES, TRAJECTORY

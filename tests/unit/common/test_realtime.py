@@ -179,7 +179,7 @@ def test_a_prompt_service_without_privileges_keeps_its_share():
 def test_receiving_threads_have_real_time_priority_and_the_program_has_not():
     receiving = (
         "import os, threading; from services.common import realtime; ending = threading.Event()\n"
-        "thread = threading.Thread(target=ending.wait); thread.start(); realtime.receive_first()\n"
+        "thread = threading.Thread(target=ending.wait); thread.start(); realtime.prioritise_existing_threads()\n"
         "print(os.sched_getscheduler(thread.native_id), os.sched_getscheduler(0)); ending.set()"
     )
     run = subprocess.run([sys.executable, "-c", receiving], capture_output=True, text=True, check=True)
@@ -195,7 +195,7 @@ for keeps_up in (True, True, False, True, False):
     urgency.update(keeps_up)
     print(os.sched_getscheduler(0), os.sched_getparam(0).sched_priority, os.getpriority(os.PRIO_PROCESS, 0))
 ending = threading.Event()
-with realtime.receivers():
+with realtime.prioritise_new_threads():
     thread = threading.Thread(target=ending.wait)
     thread.start()
 receiving = thread.native_id

@@ -119,7 +119,7 @@ def test_the_shortest_duration_is_planned_where_imitating_takes_too_long(
 ) -> None:
     request = ask(start=(0.0, 0.0), limits=limits_of(4.0, 30.0, 500.0))
     imitating = planning.plan_fastest(figure, request)
-    monkeypatch.setattr(planning, "FASTEST", ((planning.USUAL, 0.0), planning.FASTEST[1]))
+    monkeypatch.setattr(planning, "FASTEST_PRECISIONS", ((planning.USUAL, 0.0), planning.FASTEST_PRECISIONS[1]))
     other = planning.plan_fastest(figure, request)
     assert other.duration == imitating.duration > planning.MIN_IMITATED * figure.duration
     assert other.report.certified

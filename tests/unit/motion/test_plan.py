@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 
 from motion.errors import InvalidMotion
 from motion.limits import QUANTITIES, Limits
-from motion.plan import Warm, plan
+from motion.plan import WarmStart, plan
 from motion.primitive import Primitive
 from motion.request import Boundary, MotionRequest, Waypoint
 from tests.splines_of import TIMES, figure_strike, fitted
@@ -170,7 +170,7 @@ def test_a_mismatched_joint_count_is_refused(strike: Primitive, ask: Ask) -> Non
     with pytest.raises(InvalidMotion, match="primitive"):
         plan(strike, MotionRequest(ends, ends, 1.0, Limits.unlimited(2)))
     with pytest.raises(InvalidMotion, match="warm"):
-        plan(strike, ask(), warm=Warm(578, [np.zeros(0, dtype=int)] * 2))
+        plan(strike, ask(), warm=WarmStart(578, [np.zeros(0, dtype=int)] * 2))
 
 
 def test_planning_is_deterministic_to_the_bit(strike: Primitive, ask: Ask, paper_limits: Limits) -> None:

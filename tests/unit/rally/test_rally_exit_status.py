@@ -34,7 +34,7 @@ def test_rallies_of_partners_are_reported_after_an_early_end(monkeypatch, capsys
 @ENDS
 def test_thrown_balls_are_reported_after_an_early_end(monkeypatch, capsys, end, status):
     def played_then_ended(flags: Flags, console: object, strokes: list[Stroke]) -> None:
-        strokes.append(Stroke(Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 1)))
+        strokes.append(Stroke(Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 1.0), 1.0, 1)))
         raise end
 
     monkeypatch.setattr(thrown, "play", played_then_ended)

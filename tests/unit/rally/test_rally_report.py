@@ -7,7 +7,7 @@ from tools.rally.play import Stroke
 from tools.rally.received import forbidden_contact
 from tools.rally.report import sentence, summary
 
-LAUNCH = Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 1)
+LAUNCH = Launch((4.0, 0.0, 1.0), (-4.0, 0.0, 3.0), (0.0, 0.0, 1.0), 1.0, 1)
 
 
 def contact(*bodies: str, ended: bool = False) -> m.Contact:

@@ -3,23 +3,23 @@
 import logging
 
 import pytest
-from test_striker_core import LIBRARY, ROBOT, FakeOutside
+from test_striker_core import LIBRARY, ROBOT, FakeLink
 
 from services.striker.core import Striker
-from services.striker.mind import Mind
+from services.striker.hit_planner import HitPlanner
 
 
 @pytest.fixture(scope="session")
-def mind(tmp_path_factory: pytest.TempPathFactory) -> Mind:
-    return Mind(ROBOT, tmp_path_factory.mktemp("striker") / "arm.json", logging.getLogger("striker"))
+def hit_planner(tmp_path_factory: pytest.TempPathFactory) -> HitPlanner:
+    return HitPlanner(ROBOT, tmp_path_factory.mktemp("striker") / "arm.json", logging.getLogger("striker"))
 
 
 @pytest.fixture
-def outside() -> FakeOutside:
-    return FakeOutside()
+def link() -> FakeLink:
+    return FakeLink()
 
 
 @pytest.fixture
-def striker(mind: Mind, outside: FakeOutside) -> Striker:
-    mind.estimator.reset()
-    return Striker(ROBOT, mind, outside, LIBRARY, logging.getLogger("striker"))
+def striker(hit_planner: HitPlanner, link: FakeLink) -> Striker:
+    hit_planner.estimator.reset()
+    return Striker(ROBOT, hit_planner, link, LIBRARY, logging.getLogger("striker"))

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from robot.striking.estimator import Belief, Estimator, NoBall
+from robot.striking.estimator import Estimator, NoBall, NoiseModel
 from robot.striking.flight import Air, Ball, Court, Surface
-from robot.striking.learning import left_with
+from robot.striking.learning import outgoing_velocity
 
 BALL = Ball(0.057, 0.033, drag=0.02, step=0.001)
 COURT = Court(Surface(0.0, 0.75, tangential=0.8, dwell=0.004, spread=0.0))
@@ -38,7 +38,7 @@ def watch(estimator: Estimator, seen: np.ndarray, until: int, every: int = 10, s
 def test_exact_sights_predict_the_flight_beyond_the_bounce():
     seen, estimator = (
         flight(),
-        Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-3, drag_std=1e-3, unmodelled=1e-3)),
+        Estimator(BALL, COURT, NoiseModel(1e-5, restitution_std=1e-3, drag_std=1e-3, unmodelled=1e-3)),
     )
     watch(estimator, seen, 200)
     path = estimator.path(1.1)
@@ -55,7 +55,7 @@ def test_the_estimation_error_is_consistent_with_the_covariance():
         for seed in range(20):
             restitution = 0.75 + 0.05 * rng.normal()
             seen = flight(restitution)
-            estimator = Estimator(BALL, COURT, Belief(0.005, restitution_std=0.05, drag_std=0.01))
+            estimator = Estimator(BALL, COURT, NoiseModel(0.005, restitution_std=0.05, drag_std=0.01))
             watch(estimator, seen, until, std=0.005, seed=seed)
             found = estimator.estimate
             assert found is not None
@@ -67,7 +67,7 @@ def test_the_estimation_error_is_consistent_with_the_covariance():
 
 
 def test_a_bounce_increases_the_covariance_and_its_sights_the_knowledge_of_restitution():
-    seen, estimator = flight(0.68), Estimator(BALL, COURT, Belief(0.002, restitution_std=0.05))
+    seen, estimator = flight(0.68), Estimator(BALL, COURT, NoiseModel(0.002, restitution_std=0.05))
     watch(estimator, seen, 500, std=0.002)
     path = estimator.path(1.1)
     before, after = (path.covariance(np.array([time]))[0, 5, 5] for time in (0.6, 0.9))
@@ -89,7 +89,7 @@ def test_implausible_sights_are_rejected_and_repeated_ones_are_a_new_ball():
 
 
 def test_lost_sights_are_bridged_and_the_age_of_the_last_one_known():
-    seen, estimator = flight(), Estimator(BALL, COURT, Belief(0.005, latency=0.01))
+    seen, estimator = flight(), Estimator(BALL, COURT, NoiseModel(0.005, latency=0.01))
     assert estimator.age(5.0) == np.inf
     with pytest.raises(NoBall):
         estimator.path(1.0)
@@ -101,7 +101,7 @@ def test_lost_sights_are_bridged_and_the_age_of_the_last_one_known():
 
 
 def test_wind_is_estimated_from_sights():
-    wind, estimator = np.array([0.0, 0.8, 0.0]), Estimator(Ball(0.1, 0.03), COURT, Belief(1e-4, wind_std=(1, 1, 0)))
+    wind, estimator = np.array([0.0, 0.8, 0.0]), Estimator(Ball(0.1, 0.03), COURT, NoiseModel(1e-4, wind_std=(1, 1, 0)))
     for time in np.arange(0, 0.3, 0.01):
         fall = np.array([0, 0, -9.81]) + wind
         estimator.observe(time, np.array([0, 0, 5.0]) + np.array([2.0, 0, 0]) * time + fall * time**2 / 2)
@@ -114,7 +114,7 @@ def test_the_outgoing_velocity_is_estimated_from_sights():
     times = np.arange(0.02, 0.12, 0.01)
     fall = np.array([0, 0, -9.81]) * (times * (times + ball.step) / 2)[:, None]
     seen = np.array([1.0, 0, 1.0]) + times[:, None] * np.array([5.0, 1.0, 3.0]) + fall
-    found = left_with((times + 2.0).tolist(), seen, 2.0, ball, Air())
+    found = outgoing_velocity((times + 2.0).tolist(), seen, 2.0, ball, Air())
     assert found is not None
     assert found[0] == pytest.approx([5.0, 1.0, 3.0], abs=1e-6)
-    assert left_with([2.1], seen[:1], 2.0, ball, Air()) is None
+    assert outgoing_velocity([2.1], seen[:1], 2.0, ball, Air()) is None

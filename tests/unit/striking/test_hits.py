@@ -14,12 +14,12 @@ from robot.striking.choice import NoHit, State, distinct_first
 from robot.striking.chooser import Chooser
 from robot.striking.contact import ContactLaw
 from robot.striking.corrections import Corrections
-from robot.striking.estimator import Belief, Estimator
+from robot.striking.estimator import Estimator, NoiseModel
 from robot.striking.flight import Ball, Court, Surface
 from robot.striking.learning import Learner, LearningError, read, write
 from robot.striking.options import Options
 from robot.striking.reachability import Reachability
-from robot.striking.recoil import GOES_ON_S, Recoil
+from robot.striking.recoil import CONTINUES_S, Recoil
 from robot.striking.simulated_contact import SimulatedContact
 
 BALL = Ball(0.057, 0.033, step=0.001)
@@ -48,7 +48,7 @@ def table(config, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def calibration(config, arm, table):
-    return calibrate(arm, table, SimulatedContact(config, "ball", ContactLaw(0, 0), arm.offset), hits=120)
+    return calibrate(arm, table, SimulatedContact(config, "ball"), hits=120)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def chooser(arm, table, calibration):
 
 
 def following(velocity=(-5.0, 0.0, 4.0), place=(4.0, -0.9, 1.0)):
-    estimator = Estimator(BALL, COURT, Belief(1e-5, restitution_std=1e-4, unmodelled=1e-3))
+    estimator = Estimator(BALL, COURT, NoiseModel(1e-5, restitution_std=1e-4, unmodelled=1e-3))
     for time in (0.0, 0.01):
         fall = np.array([0, 0, -9.81]) * time * (time + BALL.step) / 2
         estimator.observe(time, np.array(place) + np.array(velocity) * time + fall)
@@ -129,7 +129,8 @@ def test_a_ball_without_a_feasible_hit_is_refused_with_a_reason(config, chooser)
 
 
 def test_a_simulated_contact_corrects_the_law(config, chooser, arm, table, calibration):
-    contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
+    contact = SimulatedContact(config, "ball")
+    contact.law = calibration.law
     finer = Chooser(arm, table, COURT, calibration.law, simulate=contact)
     target, start = np.array([4.0, -0.5, 0.0]), rest(config)
     best = next(finer.choose(path_of(), start, target))
@@ -196,7 +197,8 @@ def test_only_one_of_several_similar_hits_is_simulated(config, chooser, arm, tab
     finer = Chooser(arm, table, COURT, calibration.law, simulate=simulate)
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
     near, far = (replace(best, positions=best.positions + step) for step in (0.01, 0.1))
-    assert [finer.rehearsed(choice).law_error[2] for choice in (best, near, far)] == pytest.approx([0.1, 0.1, 0.2])
+    errors = [finer.with_simulated_contact(choice).law_error[2] for choice in (best, near, far)]
+    assert errors == pytest.approx([0.1, 0.1, 0.2])
 
 
 def test_a_controller_that_counteracts_the_recoil_makes_the_ball_leave_faster(config, chooser, arm, calibration):
@@ -205,7 +207,7 @@ def test_a_controller_that_counteracts_the_recoil_makes_the_ball_leave_faster(co
     left = []
     slow = replace(config, rate_hz=125.0)
     for robot, alpha in ((config, 0.0), (config, config.alpha), (slow, config.alpha)):
-        touch = SimulatedContact(robot, "ball", calibration.law, arm.offset, alpha=alpha).hit(best, 0.5)
+        touch = SimulatedContact(robot, "ball", alpha=alpha).hit(best, 0.5)
         assert touch is not None
         left.append(touch.velocity @ best.racket_normal)
     assert left[1] > 1.02 * left[0]
@@ -215,13 +217,14 @@ def test_a_controller_that_counteracts_the_recoil_makes_the_ball_leave_faster(co
 def test_the_recoil_of_a_simulated_arm_agrees_with_the_model(config, chooser, arm, calibration):
     """The velocity jump follows from the ball's change of momentum, and the deviation from the tracking law."""
     best = next(chooser.choose(path_of(), rest(config), np.array([4.0, -0.5, 0.0])))
-    contact = SimulatedContact(config, "ball", calibration.law, arm.offset)
+    contact = SimulatedContact(config, "ball")
+    contact.law = calibration.law
     left = contact.hit(best, 0.5)
     assert left is not None
     thrown = left.joint_velocities - best.velocities
     jump = arm.response(best.positions, BALL.mass * (best.incoming - left.velocity))
     assert thrown == pytest.approx(jump, abs=0.07 * np.abs(jump).max())
-    farthest = Recoil(arm).postures(best)[-1] - best.positions - GOES_ON_S * best.velocities
+    farthest = Recoil(arm).postures(best)[-1] - best.positions - CONTINUES_S * best.velocities
     jump = arm.response(best.positions, BALL.mass * (best.incoming - best.outgoing))
     still, error, speed = (np.zeros(6), np.zeros(6), np.zeros(6)), np.zeros(6), jump.copy()
     peak = np.zeros(6)

@@ -12,7 +12,6 @@ from benchmarks.table_tennis.variants import VARIANTS
 from robot.description import load_robot
 from robot.striking.arm import Arm
 from robot.striking.choice import Choice
-from robot.striking.contact import ContactLaw
 from robot.striking.simulated_contact import SimulatedContact
 
 
@@ -86,14 +85,13 @@ def test_a_contact_in_the_services_scene_agrees_with_the_environments(tmp_path):
     for config, ball in ((own, "target_ball"), (theirs, "ball")):
         arm = Arm(config, RACKET, BALL)
         centre, normal = (value[0] for value in arm.chain.pose(config.home[None]))
-        law = ContactLaw(0.0, 0.0)
         speeds = np.zeros(len(config.home))
         nothing = np.zeros(3)
         choice = Choice(
             0.0, 0.0, config.home, speeds, 0.5, nothing, centre + arm.offset * normal, incoming - 3 * normal, incoming,
             nothing, centre, normal, nothing, 1, np.eye(3), 0.0, 0.0,
         )  # fmt: skip
-        touch = SimulatedContact(config, ball, law, arm.offset).hit(choice, 0.5)
+        touch = SimulatedContact(config, ball).hit(choice, 0.5)
         assert touch
         touches.append(touch)
     assert touches[0].velocity == pytest.approx(touches[1].velocity, abs=1e-3)

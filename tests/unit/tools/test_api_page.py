@@ -37,7 +37,7 @@ BASE = '''"""What arms have in common."""
 class Requests(Generic[T]):
     """Requests."""
 
-    @Twofold
+    @SyncOrAsync
     async def cancel(self) -> None:
         """Stop."""
 '''

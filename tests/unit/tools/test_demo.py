@@ -1,20 +1,18 @@
 """The bounds of the demo's strikes, and its report."""
 
-from collections import deque
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import msgspec
 import pytest
 
 from protocol import messages as m
-from protocol import topics
-from protocol.codec import encode
 from tools.demo.play import Player, StrikeOutcome
 from tools.demo.report import closest_limit, table
 from tools.demo.strikes import STRIKES, Strike
 
 JOINTS = ("shoulder", "elbow")
-STRIKE = Strike("test", STRIKES[0].goal, position_bound=1e-2, velocity_bound=1e-1)
+STRIKE = Strike("test", STRIKES[0].fields, position_bound=1e-2, velocity_bound=1e-1)
 
 
 def report(**changes: object) -> m.Report:
@@ -74,13 +72,16 @@ def test_a_goal_that_ended_before_its_hit_is_reported() -> None:
 def test_a_contact_before_the_strike_is_no_touch(monkeypatch: pytest.MonkeyPatch) -> None:
     """For example of the ball that the strike before has hit."""
     played = outcome()
-    replies = {topics.GOAL: played.reply, topics.RESULT: played.result, topics.STATE_QUERY: SimpleNamespace(time=1.8)}
     late = m.Contact(time=1.0, bodies=["ball", "racket"], impulse=0.1, ball_velocity=[5.0, 0.0, 0.0])
-    contacts = deque([(encode(late), 0)])
-    source = SimpleNamespace(take=lambda: contacts.popleft() if contacts else None)
-    bus = SimpleNamespace(collect=lambda *_: source, ask=lambda topic, _: replies.get(topic))
+    motion = SimpleNamespace(reply=played.reply, start_time=0.0, wait=lambda: played.result)
+    arm = SimpleNamespace(
+        stream=lambda *_: SimpleNamespace(take=Mock(side_effect=[late, TimeoutError, TimeoutError])),
+        reset_sim=lambda **_: None,
+        goal=lambda *_, **__: motion,
+        state=lambda: SimpleNamespace(time=1.8),
+    )
     monkeypatch.setattr("time.sleep", lambda _: None)
-    assert Player(bus).play(STRIKE, 1, lambda _: None).ball_speed == 0.0  # type: ignore[arg-type]
+    assert Player(arm).play(STRIKE, 1, lambda _: None).ball_speed == 0.0  # type: ignore[arg-type]
 
 
 def test_the_closest_limit_is_the_one_used_most() -> None:

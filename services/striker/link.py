@@ -1,4 +1,4 @@
-"""The interface between the striker and its environment."""
+"""What the striker needs from its environment: goals, commands, publications."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -8,7 +8,7 @@ from protocol.errors import NoAnswer, Refusal
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class AcceptedGoal:
     """A goal that is played: begin and end, in robot time (s)."""
 
     goal_id: str
@@ -16,21 +16,21 @@ class Taken:
     rest_time: float
 
 
-Reply = Taken | Refusal | NoAnswer
-"""What comes of a goal."""
+Reply = AcceptedGoal | Refusal | NoAnswer
+"""The reply to a goal."""
 
 
-class Outside(Protocol):
-    """Goals, commands and publications of the striker."""
+class StrikerLink(Protocol):
+    """Connects the striker to planner, controller and subscribers."""
 
-    def ask(self, goal: m.Goal) -> None:
-        """Send a goal; `Striker.answered` receives its reply."""
+    def send_goal(self, goal: m.Goal) -> None:
+        """Send a goal; `Striker.handle_reply` receives its reply."""
         ...
 
-    def command(self) -> m.Command | None:
+    def newest_command(self) -> m.Command | None:
         """Return the controller's newest command, None if none has arrived since the last call."""
         ...
 
-    def say(self, strike: m.Strike) -> None:
+    def publish(self, strike: m.Strike) -> None:
         """Publish a decision."""
         ...

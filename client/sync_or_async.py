@@ -16,16 +16,16 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-class Blocks:
-    """Base of the classes whose `Twofold` methods block."""
+class Sync:
+    """Base of the classes whose `SyncOrAsync` methods block."""
 
 
-class Awaits:
-    """Base of the classes whose `Twofold` methods are awaited."""
+class Async:
+    """Base of the classes whose `SyncOrAsync` methods are awaited."""
 
 
-class Twofold(Generic[P, R]):
-    """A method written as a coroutine: awaited on `Awaits`, run to its end on `Blocks`."""
+class SyncOrAsync(Generic[P, R]):
+    """A method written as a coroutine: awaited on `Async`, run to its end on `Sync`."""
 
     def __init__(self, body: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]]) -> None:
         @functools.wraps(body)
@@ -36,13 +36,13 @@ class Twofold(Generic[P, R]):
         self.__doc__ = body.__doc__
 
     @overload
-    def __get__(self, instance: Blocks, owner: type | None = None) -> Callable[P, R]: ...
+    def __get__(self, instance: Sync, owner: type | None = None) -> Callable[P, R]: ...
     @overload
-    def __get__(self, instance: Awaits, owner: type | None = None) -> Callable[P, Coroutine[Any, Any, R]]: ...
+    def __get__(self, instance: Async, owner: type | None = None) -> Callable[P, Coroutine[Any, Any, R]]: ...
     @overload
     def __get__(self, instance: object, owner: type | None = None) -> Callable[..., Any]: ...
     def __get__(self, instance: object, owner: type | None = None) -> Callable[..., Any]:
-        method = self._awaited if issubclass(owner or type(instance), Awaits) else self._blocking
+        method = self._awaited if issubclass(owner or type(instance), Async) else self._blocking
         return method if instance is None else MethodType(method, instance)
 
 

@@ -9,27 +9,27 @@ from protocol.topics import MAX_ID
 from services.striker.messages import READY
 
 
-class Repertoire:
-    """Name and duration (s) of an arm's primitives. home: the primitive of the return, empty if there is none."""
+class StrikePrimitives:
+    """Name and duration (s) of an arm's primitives. ready: the primitive of the return, empty if there is none."""
 
     def __init__(self, library: Sequence[tuple[str, float]]) -> None:
-        self.home = READY if READY in dict(library) else ""
+        self.ready = READY if READY in dict(library) else ""
         self._strikes = {name: duration for name, duration in library if name != READY}
 
-    def check(self, primitives: tuple[str, ...]) -> None:
-        """Check that these primitives may be imitated; none means any.
+    def check(self, allowed: tuple[str, ...]) -> None:
+        """Check that these primitives exist; none allows all.
 
         Raises:
             Refusal: `unknown_primitive`.
         """
         if not self._strikes:
             raise Refusal("unknown_primitive", "the library has no primitive of this arm; teach it a strike", name="")
-        for name in primitives:
+        for name in allowed:
             if name not in self._strikes:
                 sentence = f"there is no primitive {name[:MAX_ID]!r}; the library has {listed(sorted(self._strikes))}"
                 raise Refusal("unknown_primitive", sentence, name=name[:MAX_ID])
 
-    def nearest(self, left: float, primitives: tuple[str, ...]) -> str:
-        """Return the one of `primitives` (empty: all) whose duration is nearest to `left`, s."""
-        durations = {name: self._strikes[name] for name in primitives or self._strikes}
-        return min(durations, key=lambda name: abs(math.log(durations[name] / max(left, 1e-3))))
+    def nearest(self, duration: float, allowed: tuple[str, ...]) -> str:
+        """Return the one of `allowed` (empty: all) whose duration is nearest to `duration`, s."""
+        durations = {name: self._strikes[name] for name in allowed or self._strikes}
+        return min(durations, key=lambda name: abs(math.log(durations[name] / max(duration, 1e-3))))

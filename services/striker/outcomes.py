@@ -1,25 +1,39 @@
-"""The result of a hit, and what is learned from it."""
+"""The outcome of a hit, and what is learned from it."""
 
 import logging
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from robot.striking.flight import GRAVITY, Air, Ball, Court, time_to_fall, travel
-from robot.striking.learning import Learner, left_with, write
-from services.striker.attempt import Attempt, Outcome
+from robot.striking.learning import Learner, outgoing_velocity, write
+from services.striker.attempt import Attempt
 
 EARLY_SIGHTS, DEFLECTED_M_S = 12, 0.5
 """A ball has met something if the velocity from this many first sights differs by more than this, m/s."""
-LEAST_STD = 0.02
+MIN_STD = 0.02
 """m/s; least standard deviation of a velocity after a hit."""
 MISSED_M_S = 1.0
 """A ball whose velocity changed by less than this was not hit, m/s."""
 LONGEST_FLIGHT_S = 10.0
 
 
-class Judge:
-    """Judges hits of a ball on a court and updates `learner`, which is stored in the file `learned` for `robot`."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """A hit that was seen: its time (s), the ball's position and velocity after it (3,), time and place of landing.
+
+    velocity and landing are None with too few sights.
+    """
+
+    time: float
+    position: np.ndarray
+    velocity: np.ndarray | None
+    landing: tuple[float, np.ndarray] | None
+
+
+class OutcomeEvaluator:
+    """Evaluates hits of a ball on a court and updates `learner`, which is stored in the file `learned` for `robot`."""
 
     def __init__(
         self, ball: Ball, court: Court, learner: Learner, learned: Path, robot: str, log: logging.Logger
@@ -29,34 +43,33 @@ class Judge:
         self._learner = learner
         self._learned, self._robot, self._log = learned, robot, log
 
-    def judge(self, attempt: Attempt) -> Outcome | None:
+    def evaluate(self, attempt: Attempt) -> Outcome | None:
         """Return how the ball left the hit, and learn from it; None if it was not hit."""
         choice = attempt.choice
         assert choice is not None
-        hit = attempt.touch.time if attempt.touch else choice.time
+        hit = attempt.contact.time if attempt.contact else choice.time
         after = hit + self._learner.law.duration
-        sights = [(time, place) for time, place in attempt.sights if time > after]
-        found = self._left(hit, sights)
+        found = self._outgoing(hit, [(time, place) for time, place in attempt.sights if time > after])
         if found is None:
-            return Outcome(hit, choice.ball, None, None) if attempt.touch else None
+            return Outcome(hit, choice.ball, None, None) if attempt.contact else None
         velocity, std = found
-        if attempt.touch is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
+        if attempt.contact is None and np.linalg.norm(velocity - choice.incoming) < MISSED_M_S:
             return None
-        if self._learner.observe(choice, self._ball.mass, velocity, max(std, LEAST_STD), choice.law_error):
-            self.keep()
+        if self._learner.observe(choice, self._ball.mass, velocity, max(std, MIN_STD), choice.law_error):
+            self._save()
         return Outcome(hit, choice.ball, velocity, self._landing(hit, choice.ball, velocity))
 
-    def _left(self, hit: float, sights: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, float] | None:
+    def _outgoing(self, hit: float, sights: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, float] | None:
         """Return the velocity (3,) of a ball after a hit, and its std, m/s; None with too few sights."""
         times, places = [time for time, _ in sights], np.array([place for _, place in sights])
         air = Air(self._ball.drag)
-        whole = left_with(times, places, hit, self._ball, air)
-        early = left_with(times[:EARLY_SIGHTS], places[:EARLY_SIGHTS], hit, self._ball, air)
+        whole = outgoing_velocity(times, places, hit, self._ball, air)
+        early = outgoing_velocity(times[:EARLY_SIGHTS], places[:EARLY_SIGHTS], hit, self._ball, air)
         if whole is None or early is None:
             return None
         return early if np.linalg.norm(whole[0] - early[0]) > DEFLECTED_M_S else whole
 
-    def keep(self) -> None:
+    def _save(self) -> None:
         """Write the learned law."""
         try:
             write(self._learned, self._robot, self._learner)
