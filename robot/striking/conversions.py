@@ -11,7 +11,7 @@ def ball_of(config: RobotConfig) -> Ball:
     """Return the ball of a robot that has one; its flight is that of the robot's simulation."""
     ball = config.ball
     assert ball is not None
-    return Ball(ball.mass, ball.radius, ball.drag, float(config.model.opt.timestep))
+    return Ball(ball.mass, ball.radius, ball.drag, ball.magnus, float(config.model.opt.timestep))
 
 
 def court_of(config: CourtConfig, clearance: float) -> Court:

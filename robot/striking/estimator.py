@@ -104,6 +104,7 @@ class Estimator:
         time: float,
         position: np.ndarray,
         velocity: np.ndarray | None = None,
+        spin: np.ndarray | None = None,
     ) -> Sight:
         """Process a sight: position (3,), m, and velocity (3,), m/s, if known; return how it was used.
 
@@ -117,6 +118,8 @@ class Estimator:
             return "rejected"
         if velocity is not None and not np.isfinite(velocity).all():
             velocity = None
+        if spin is not None and np.isfinite(spin).all():
+            self._transition.spin = np.asarray(spin, dtype=float)
         newest = self.estimate.time if self.estimate else self._first[0] if self._first else -np.inf
         if time <= newest:
             return "rejected"

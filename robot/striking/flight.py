@@ -1,6 +1,6 @@
 """Flight and bounces of a ball, and the velocities that make it land at a target.
 
-The acceleration is g + wind − k|v|v. A simulation that integrates with semi-implicit Euler steps of δ moves a
+The acceleration is g + wind − k|v|v + m ω × v. A simulation that integrates with semi-implicit Euler steps of δ moves a
 ball by v t + a t (t + δ)/2 in the time t; δ = 0 is the continuous flight. See docs/striking.md.
 """
 
@@ -12,18 +12,19 @@ GRAVITY = 9.81
 """m/s²."""
 
 AIM_STEPS, AIM_ROUNDS = 2, 2
-"""Integration steps of a flight to a target, and Newton iterations, with drag."""
+"""Integration steps of a flight to a target, and Newton iterations, with drag or spin."""
 CROSSING_ROUNDS = 4
 """Newton iterations for the point at which a flight crosses the net."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A ball: mass (kg), radius (m), drag k (1/m), and δ, the step (s) of its simulation."""
+    """A ball: mass (kg), radius (m), drag k (1/m), magnus m (1), and δ, the step (s) of its simulation."""
 
     mass: float
     radius: float
     drag: float = 0.0
+    magnus: float = 0.0
     step: float = 0.0
 
 
@@ -63,25 +64,35 @@ class Court:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Air:
-    """Forces on the ball besides gravity: acceleration `wind` (3,), m/s², and drag (1/m).
+    """Forces on the ball besides gravity: acceleration `wind` (3,), m/s², drag (1/m), spin (3,), rad/s.
 
-    constant: (3,), m/s², the part that does not depend on the velocity.
+    constant: (3,), m/s², the part that does not depend on the velocity. spins: whether there is spin.
     """
 
     drag: float = 0.0
     wind: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     constant: np.ndarray = field(init=False)
+    spins: bool = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constant", self.wind - [0.0, 0.0, GRAVITY])
+        object.__setattr__(self, "spins", bool(self.spin.any()))
+
+    def depends_on_velocity(self, ball: Ball) -> bool:
+        """Return whether the acceleration depends on the velocity."""
+        return bool(self.drag or (ball.magnus and self.spins))
 
 
-def acceleration(air: Air, velocities: np.ndarray) -> np.ndarray:
+def acceleration(ball: Ball, air: Air, velocities: np.ndarray) -> np.ndarray:
     """Return the accelerations (…, 3), m/s², at velocities (…, 3)."""
-    if not air.drag:
-        return air.constant
-    speeds = np.sqrt(np.vecdot(velocities, velocities))
-    return air.constant - (air.drag * speeds)[..., None] * velocities
+    found = air.constant
+    if air.drag:
+        speeds = np.sqrt(np.vecdot(velocities, velocities))
+        found = found - (air.drag * speeds)[..., None] * velocities
+    if ball.magnus and air.spins:
+        found = found + ball.magnus * np.cross(air.spin, velocities)
+    return found
 
 
 def fly(
@@ -92,12 +103,12 @@ def fly(
     Exact if the acceleration does not depend on the velocity.
     """
     t = np.asarray(times)[..., None]
-    first = acceleration(air, velocities)
-    if not air.drag:
+    first = acceleration(ball, air, velocities)
+    if not air.depends_on_velocity(ball):
         return positions + velocities * t + first * (t * (t + ball.step) / 2), velocities + first * t
-    second = acceleration(air, velocities + first * (t / 2))
-    third = acceleration(air, velocities + second * (t / 2))
-    fourth = acceleration(air, velocities + third * t)
+    second = acceleration(ball, air, velocities + first * (t / 2))
+    third = acceleration(ball, air, velocities + second * (t / 2))
+    fourth = acceleration(ball, air, velocities + third * t)
     middle = second + third
     gained = (first + 2 * middle + fourth) * (t / 6)
     moved = velocities * t + (first + middle) * (t * t / 6) + gained * (ball.step / 2)
@@ -107,8 +118,8 @@ def fly(
 def travel(
     ball: Ball, air: Air, positions: np.ndarray, velocities: np.ndarray, times: np.ndarray, steps: int = AIM_STEPS
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same as `fly` for long times (…), in several steps with drag."""
-    steps = steps if air.drag else 1
+    """Return the same as `fly` for long times (…), in several steps if the acceleration depends on the velocity."""
+    steps = steps if air.depends_on_velocity(ball) else 1
     for _ in range(steps):
         positions, velocities = fly(ball, air, positions, velocities, times / steps)
     return positions, velocities
@@ -143,7 +154,7 @@ def aim(
     t, half = times[:, None], contact / 2
     leaves = positions + incoming * half
     velocities = ((target - leaves) / t - air.constant * ((t + ball.step) / 2)) / (1 - half / t)
-    if not air.drag:
+    if not air.depends_on_velocity(ball):
         return velocities, leaves - velocities * half, velocities + air.constant * t
     arrivals = velocities
     for _ in range(AIM_ROUNDS):
@@ -168,7 +179,7 @@ def net_clearance(
 ) -> np.ndarray:
     """Return the distances (n,), m, of the ball's lower edge above the net; inf if it does not cross it in `times`."""
     normal = net.normal / np.linalg.norm(net.normal)
-    steps = AIM_STEPS if air.drag else 1
+    steps = AIM_STEPS if air.depends_on_velocity(ball) else 1
     width = times[:, None] / steps
     states = [(positions, velocities)]
     for _ in range(steps):

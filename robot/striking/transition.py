@@ -33,6 +33,7 @@ class Transition:
         self._surface = surface
         self._floor = surface.height + ball.radius
         self._unmodelled = unmodelled**2
+        self.spin = np.zeros(3)
 
     @property
     def dwell(self) -> float:
@@ -41,7 +42,7 @@ class Transition:
 
     def air(self, mean: np.ndarray) -> Air:
         """Return the forces on a ball of state `mean`."""
-        return Air(float(mean[DRAG]), mean[WIND])
+        return Air(float(mean[DRAG]), mean[WIND], self.spin)
 
     def time_to_bounce(self, mean: np.ndarray, within: float) -> float | None:
         """Return the time (s) to the next bounce, None if it is later than `within`, one step."""
@@ -51,8 +52,8 @@ class Transition:
             return None
         air, found = self.air(mean), within
         for _ in range(2):
-            middle = mean[VELOCITY] + acceleration(air, mean[VELOCITY]) * (found / 2)
-            a = float(acceleration(air, middle)[2])
+            middle = mean[VELOCITY] + acceleration(self._ball, air, mean[VELOCITY]) * (found / 2)
+            a = float(acceleration(self._ball, air, middle)[2])
             found = float(time_to_fall(height, speed, a, self._ball.step))
             if not (found <= within and (height > 0 or speed < 0)):
                 return None
@@ -75,6 +76,11 @@ class Transition:
             slope[DIAGONAL] += air.drag * speed
             change[POSITION, VELOCITY] -= near * slope
             change[VELOCITY, VELOCITY] -= time * slope
+        if ball.magnus and self.spin.any():
+            x, y, z = ball.magnus * self.spin
+            slope = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            change[POSITION, VELOCITY] += near * slope
+            change[VELOCITY, VELOCITY] += time * slope
         change[POSITION, DRAG], change[VELOCITY, DRAG] = -near * speed * v, -time * speed * v
         covariance = change @ covariance @ change.T
         covariance[VELOCITY_BY_VELOCITY] += self._unmodelled * time
@@ -121,5 +127,5 @@ class Transition:
     def _rate(self, mean: np.ndarray) -> np.ndarray:
         found = np.zeros(SIZE)
         found[POSITION] = mean[VELOCITY]
-        found[VELOCITY] = acceleration(self.air(mean), mean[VELOCITY])
+        found[VELOCITY] = acceleration(self._ball, self.air(mean), mean[VELOCITY])
         return found

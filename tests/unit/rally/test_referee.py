@@ -99,7 +99,7 @@ def test_serves_bounce_near_the_target():
     config = ARMS[server]
     assert config.ball is not None
     flown, air = (
-        Ball(config.ball.mass, config.ball.radius, config.ball.drag, 1e-3),
+        Ball(config.ball.mass, config.ball.radius, config.ball.drag, config.ball.magnus, 1e-3),
         Air(config.ball.drag),
     )
     thrown = [serve(config, play, random) for _ in range(40)]

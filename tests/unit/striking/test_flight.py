@@ -24,12 +24,13 @@ def test_a_flight_without_drag_agrees_with_mujoco():
     assert abs(continuous[2] - data.qpos[2]) > 0.005
 
 
-def test_coarse_steps_agree_with_fine_integration_of_drag():
-    ball, air = Ball(0.057, 0.033, step=0.001), Air(drag=0.05)
+@pytest.mark.parametrize("air", [Air(drag=0.05), Air(drag=0.03, spin=np.array([0.0, 100.0, 0.0]))])
+def test_coarse_steps_agree_with_fine_integration_of_drag_and_spin(air: Air):
+    ball = Ball(0.057, 0.033, magnus=0.005, step=0.001)
     position, velocity = np.zeros(3), np.array([8.0, 1.0, 4.0])
     for _ in range(600):
         a = np.array([0, 0, -9.81]) - air.drag * np.linalg.norm(velocity) * velocity
-        velocity = velocity + a * ball.step
+        velocity = velocity + (a + ball.magnus * np.cross(air.spin, velocity)) * ball.step
         position = position + velocity * ball.step
     found, _ = travel(ball, air, np.zeros(3), np.array([8.0, 1.0, 4.0]), np.array(0.6), steps=60)
     assert found == pytest.approx(position, abs=2e-3)
