@@ -79,8 +79,8 @@ MEANINGS = {
     "limit": "a value that the goal fixes is outside a limit, or a joint needs more `torque` than it has; the detail "
     "of a torque also has `time_from_start`, and `min_duration` and `waypoint_times` as those of `infeasible`",
     "infeasible": "no motion of this duration keeps all limits; `min_duration` is the shortest duration found that "
-    "works, `waypoint_times` are the waypoints' times in it; both are null if none was found. `fastest` searches longer "
-    "and may find a shorter one",
+    "works, `waypoint_times` are the waypoints' times in it; both are null if none was found. `fastest` searches "
+    "longer and may find a shorter one",
     "cannot_stop": "the arm cannot stop after the goal inside its limits; it can with the final velocity "
     "`max_velocity`, null if none was found for the requested final acceleration",
     "unreachable": "no posture was found for the tool's pose or velocity; `reason` is `out of reach`, "
