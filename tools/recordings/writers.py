@@ -70,7 +70,7 @@ def write_npz(recording: Recording, output: Path) -> None:
 def write_mcap(recording: Recording, output: Path) -> None:
     """Write messages of sensor_msgs/JointState on /joint_states, as ROS 2 records them."""
     if importlib.util.find_spec("rosbags") is None:
-        raise Unreadable(f"{output}: MCAP is written by rosbags: pip install 'volley[ros]'")
+        raise Unreadable(f"{output.name}: MCAP is written by rosbags: pip install 'volley[ros]'")
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Bag
     from rosbags.typesys import Stores, get_typestore

@@ -19,7 +19,8 @@ Words = Annotated[tuple[str, ...], _quiet("X ...")]
 Coordinates = Annotated[tuple[str, ...], _quiet("X Y Z")]
 Place = Annotated[tuple[float, float, float], _quiet("X Y Z")]
 MaybePlace = Annotated[tuple[float, float, float] | None, _quiet("X Y Z")]
-Endpoints = Annotated[tuple[str, ...], _quiet("ENDPOINT ...")]
+Endpoints = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="ENDPOINT")]]
+"""One word a flag: a flag of any number of words may take none, and then leaves its word to a missing NAME or ID."""
 File = Annotated[Path | None, _quiet("FILE")]
 RobotConfigFile = Annotated[Path, _quiet("FILE")]
 

@@ -65,15 +65,17 @@ def reset(*, shell: Shared) -> None:
         link.print(link.arm.reset())
 
 
-def result(goal_id: NamedGoal, *, shell: Shared) -> None:
+def result(goal_id: NamedGoal, *, shell: Shared) -> int:
     """Print the result of a goal.
+
+    Exit status: 0 if the goal succeeded, as `goal --wait`; 1 for any other outcome, also while the goal runs.
 
     Args:
         goal_id: Name of the motion, as in the goal's reply.
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.print(link.arm.result(goal_id))
+        return link.print_result(link.arm.result(goal_id))
 
 
 def status(*, shell: Shared) -> None:

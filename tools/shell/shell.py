@@ -29,7 +29,7 @@ class Flags:
     """Flags of every command.
 
     Attributes:
-        connect: Endpoints of the router, tcp/HOST:PORT; by default tcp/127.0.0.1:7447, or those in --zenoh-config.
+        connect: Endpoint of the router, tcp/HOST:PORT; by default tcp/127.0.0.1:7447, or those in --zenoh-config.
         robot: Name of the robot on the bus.
         zenoh_config: A Zenoh configuration with certificates, a json5 file.
         json: Print the reply as one line of JSON, fields as in docs/protocol.md, matrices in base64.
@@ -45,7 +45,7 @@ class Flags:
     @property
     def words(self) -> list[str]:
         """The flags with which another command reaches the same robot."""
-        words = ["--connect", *self.connect] if self.connect else []
+        words = [word for endpoint in self.connect for word in ("--connect", endpoint)]
         words += ["--robot", self.robot] if self.robot != ROBOT else []
         return words + (["--zenoh-config", str(self.zenoh_config)] if self.zenoh_config else [])
 
@@ -95,6 +95,11 @@ class Shell:
         else:
             self.console.print(show(reply, self.joint_names()))
 
+    def print_result(self, result: m.Result) -> int:
+        """Print a goal's result and return the exit status, 0 if it succeeded."""
+        self.print(result)
+        return 0 if result.outcome == "succeeded" else 1
+
     def follow(self, motion: GoalHandle | MotionHandle) -> int:
         """Wait until a motion has ended, print its result and return the exit status, 0 if it succeeded.
 
@@ -110,8 +115,7 @@ class Shell:
             means = leased if self.arm.holds_lease else f"it continues; stop it with: volley cancel {motion.goal_id}"
             print(f"goal {motion.goal_id} is no longer followed: {means}", file=sys.stderr)
             raise
-        self.print(result)
-        return 0 if result.outcome == "succeeded" else 1
+        return self.print_result(result)
 
 
 @contextmanager

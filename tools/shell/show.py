@@ -61,7 +61,8 @@ show.register(show_goal.result)
 @show.register
 def _(reply: m.Status, names: Sequence[str]) -> RenderableType:
     cycle = reply.cycle
-    fault = f"{reply.fault}; leave it with: volley reset, or volley recover" if reply.fault else ""
+    cure = "leave it with: volley reset, or volley recover if the arm is not ready"
+    fault = f"{reply.fault}; {cure}" if reply.fault else ""
     mode = sentence(reply.mode, f"goal {reply.goal_id}" if reply.goal_id else "", clock(reply), fault)
     mode.stylize(MODE_STYLES[reply.mode], 0, len(reply.mode))
     columns = [

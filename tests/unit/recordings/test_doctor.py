@@ -87,6 +87,14 @@ def test_rests_at_both_ends_are_trimmed_to_a_short_one() -> None:
     assert "nothing moves for 1." in sentences(examination)
 
 
+def test_a_joint_with_the_rounding_errors_of_a_simulation_is_at_rest() -> None:
+    """The rests are trimmed, although this joint, whose range is small too, changes in every sample."""
+    rest = np.ones((150, 1))
+    values = np.concatenate([rest * swing()[0], swing(), rest * swing()[-1]])
+    values[:, 1] = 1e-17 * np.sin(np.arange(len(values)))
+    assert [finding.code for finding in examine(recording(values), ARM).findings].count("idle") == 2
+
+
 @pytest.mark.parametrize(
     ("values", "times", "said"),
     [

@@ -53,6 +53,13 @@ def test_an_unknown_ending_or_absent_directory_is_refused(tmp_path: Path, output
         write(played(np.arange(11) / 10), tmp_path / output)
 
 
+def test_a_missing_library_is_named_with_the_file_that_was_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
+    with pytest.raises(Unreadable, match=r"^swing\.mcap: MCAP is written by rosbags: pip install"):
+        write(played(np.arange(20) / 100), tmp_path / "swing.mcap")
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_interrupted_export_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     def interrupted(recording: Recording, output: Path) -> None:
         output.write_text("half")

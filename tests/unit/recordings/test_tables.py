@@ -54,6 +54,11 @@ def table(tmp_path: Path, text: str, **options) -> Recording:
         "time,q1,q2\n23:59:58.25,1,2\n23:59:58.75,3,4\n",
         "time;q1;q2\n29.11.2026 12:00:00,25;1;2\n29.11.2026 12:00:00,75;3;4\n",
         "t [min],q1,q2\n0,1,2\n0.008333333333,3,4\n",
+        "time,joint,position\n0,joint_1,1\n0,joint_2,2\n0.5,joint_1,3\n0.5,joint_2,4\n",
+        "time,variable,value\n0,joint_1,1\n0.5,joint_1,3\n0,joint_2,2\n0.5,joint_2,4\n",
+        "t_ms;name;position;velocity\n0;q2;2;9\n0;q1;1;9\n500;q2;4;9\n500;q1;3;9\n",
+        "joint,time,position\n1,0,1\n2,0,2\n1,0.5,3\n2,0.5,4\n",
+        "time,joint,position\n0,joint_1,1\n0,joint_2,2\n0.5,joint_1,3\n0.5,joint_2,4\n0.7,join",
     ],
 )
 def test_dialects_of_tables_are_read_alike(tmp_path: Path, text: str):
@@ -81,6 +86,23 @@ def test_the_unit_of_time_does_not_depend_on_the_order_of_the_lines(tmp_path: Pa
 def test_a_column_of_words_that_names_several_joints_is_refused(tmp_path: Path):
     with pytest.raises(Unreadable, match=r"field.name0 names several joints"):
         table(tmp_path, "t,field.name0,field.position0\n0,joint_1,1\n0.1,joint_2,2\n")
+
+
+def test_a_line_for_each_joint_may_have_a_time_of_its_own(tmp_path: Path):
+    lines = [f"{0.1 * k + offset},{name},{k}" for k in range(20) for name, offset in (("1", 0.0), ("2", 0.03))]
+    recording = table(tmp_path, "time,joint,position_deg\n" + "\n".join(lines))
+    assert recording.unit == "deg"
+    assert recording.values[:, 0] - recording.values[:, 1] == pytest.approx(np.full(len(recording.times), 0.3))
+    rated = table(tmp_path, "joint,position\n" + "\n".join(line.partition(",")[2] for line in lines), rate=10)
+    assert (rated.times[-1], rated.values[-1].tolist()) == (pytest.approx(1.9), [19, 19])
+
+
+def test_words_that_name_no_joint_are_not_taken_for_names(tmp_path: Path):
+    """A column of words beside one joint, and a column of whole numbers beside several, remain what they were."""
+    path = tmp_path / "demo.csv"
+    path.write_text("time,phase,elbow\n0,reach,1\n0.5,grasp,2\n")
+    assert load(path, ["elbow"]).values.tolist() == [[1], [2]]
+    assert table(tmp_path, "time,id,joint_1,joint_2\n0,1,1,2\n0.5,2,3,4\n").values.tolist() == [[1, 2], [3, 4]]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252", "utf-8"])

@@ -139,6 +139,13 @@ def test_wait_exits_with_the_status_of_the_outcome(robot, capsys, outcome, statu
     assert volley(robot, "goal", "forehand", "--positions", *WORDS, "--wait") == status
     assert [key for key, _ in robot.asked] == ["goal"]
     assert f"{outcome} · because" in capsys.readouterr().out
+    robot.answers["result"] = [m.Result(goal_id="forehand-7", outcome=outcome, reason="because")]
+    assert volley(robot, "result", "forehand-7") == status
+
+
+def test_the_result_of_a_running_goal_exits_with_1(robot):
+    robot.answers["result"] = [m.Result(goal_id="forehand-7", outcome="running")]
+    assert volley(robot, "result", "forehand-7") == 1
 
 
 def test_a_lease_is_held_until_the_motion_has_ended(robot, router):

@@ -73,6 +73,23 @@ def test_wrong_flags_exit_with_2(robot, capsys):
     assert "--method" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["goal", "result", "execute", "learn", "teach", "forget"])
+def test_an_endpoint_is_never_taken_for_a_missing_name(robot, capsys, name):
+    """`learn` says in a sentence what it needs; the others show the missing argument."""
+    try:
+        status = volley(robot, name)
+    except SystemExit as stopped:
+        status = stopped.code
+    complained = capsys.readouterr().err
+    assert (status, robot.asked) == (2, [])
+    assert "Required options" in complained or "learn needs a FILE" in complained
+
+
+def test_flags_may_come_before_a_name(robot):
+    assert main(["cancel", "--connect", robot.endpoint, "g1"]) == 0
+    assert [key for key, _ in robot.asked] == ["cancel"]
+
+
 @pytest.mark.parametrize("words", [("primitives",), ("watch",), ("learn", "no-such-file.csv"), ("drag",)])
 def test_an_absent_robot_is_reported_at_once(robot, capsys, monkeypatch, words):
     monkeypatch.setattr("tools.shell.dragging.check_display", lambda: None)

@@ -14,8 +14,8 @@ from tools.recordings.doctor.signals import noise, resolution
 from tools.recordings.recording import Recording
 
 STILL_SHARE, STILL_NOISE, STILL_STEPS = 1e-3, 7.0, 1.5
-"""A joint is at rest within the largest of this fraction of its range, this multiple of its averaged noise, and this
-multiple of its resolution."""
+"""A joint is at rest within the largest of this fraction of the largest range of a joint, this multiple of its averaged
+noise, and this multiple of its resolution."""
 
 AVERAGED = 0.02
 """Fraction of the samples over which noise is averaged."""
@@ -100,7 +100,7 @@ def _onset(times: np.ndarray, values: np.ndarray) -> int:
     sums = np.cumsum(np.pad(values - values[0], ((1, 0), (0, 0))), axis=0)
     averaged = (sums[width:] - sums[:-width]) / width
     sizes = np.maximum(STILL_NOISE * noise(times, values) / np.sqrt(width), STILL_STEPS * resolution(values))
-    tolerance = np.maximum(STILL_SHARE * np.ptp(values, axis=0), sizes)
+    tolerance = np.maximum(STILL_SHARE * np.ptp(values, axis=0).max(), sizes)
     moved = np.any(np.abs(averaged - averaged[0]) > tolerance, axis=1)
     return max(int(np.argmax(moved)) - 1, 0) if moved.any() else len(values) - 1
 

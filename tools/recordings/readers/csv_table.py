@@ -12,6 +12,7 @@ import numpy as np
 
 from tools.recordings.cells import encoding_of, number_of
 from tools.recordings.clock import Clock, clock_of, seconds
+from tools.recordings.long_form import Labels, find_key, is_key, wide
 from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable, head
 
 MAX_BYTES = 256 * 2**20
@@ -40,6 +41,7 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     table = _parse(path)
     if rate is None and _has_time_columns(table.columns):
         return _with_time_columns(path, table, episode)
+    key = find_key(table.columns, table.values, table.labels)
     clock = clock_of(table.columns, table.values) if rate is None else Clock(())
     if rate is None and not clock.columns:
         raise Unreadable(f"{path} has no column of times, such as time or t_ms; give --rate, in samples a second")
@@ -49,6 +51,8 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     columns = tuple(table.columns[index] for index in rest) if table.columns else ()
     values = table.values[:, rest]
     times = seconds(table.values, clock) if rate is None else np.arange(len(values)) / rate
+    if key is not None:
+        times, columns, values = wide(times, table.values[:, key.position], key, rate)
     return Recording(times, columns, values, None, path, episode, rate is None, (*table.notes, *clock.notes))
 
 
@@ -57,11 +61,11 @@ class _Table:
     columns: tuple[str, ...]
     width: int
     numbers: array = field(default_factory=lambda: array("d"))
-    words: dict[int, tuple[int, int, str]] = field(default_factory=dict)
-    """For each column with text: number of such cells, and line and text of the first one."""
-    changing: set[int] = field(default_factory=set)
-    """Columns with different texts."""
+    words: dict[int, Labels] = field(default_factory=dict)
+    """The texts in each column that has some."""
     notes: list[str] = field(default_factory=list)
+    labels: dict[str, Labels] = field(default_factory=dict)
+    """The texts in each column of words, by its name."""
 
     @property
     def values(self) -> np.ndarray:
@@ -177,21 +181,19 @@ def _number(table: _Table, column: int, line: int, cell: str, comma: bool) -> fl
     number = number_of(cell, comma)
     if number is not None:
         return number
-    text = cell.strip().strip('"')
-    count, first_line, first_text = table.words.get(column, (0, line, text))
-    table.words[column] = count + 1, first_line, first_text
-    if text != first_text:
-        table.changing.add(column)
+    table.words.setdefault(column, Labels(line)).add(cell.strip().strip('"'))
     return math.nan
 
 
 def _without_cut_line(table: _Table) -> None:
     """Remove the last line if it ends within a number's exponent."""
-    count, _, word = table.words.get(table.width - 1, (0, 0, ""))
-    if count == 1 and not table.notes and CUT_NUMBER.fullmatch(word) and math.isnan(table.numbers[-1]):
+    last = table.words.get(table.width - 1)
+    if last is None or len(last.codes) != 1 or table.notes or not math.isnan(table.numbers[-1]):
+        return
+    if CUT_NUMBER.fullmatch(last.first):
         del table.numbers[-table.width :]
-        _, line, _ = table.words.pop(table.width - 1)
-        table.notes.append(f"line {line} ends with {word!r}")
+        del table.words[table.width - 1]
+        table.notes.append(f"line {last.line} ends with {last.first!r}")
 
 
 def _finished(path: Path, table: _Table) -> _Table:
@@ -200,11 +202,12 @@ def _finished(path: Path, table: _Table) -> _Table:
     if not table.width or not len(table.values):
         raise Unreadable(f"{path} has no line of numbers; {NEEDED}")
     samples = len(table.values)
-    text = [column for column, (count, _, _) in table.words.items() if count > TEXT_SHARE * samples]
-    for column, (_, line, word) in table.words.items():
+    text = [column for column, labels in table.words.items() if len(labels.codes) > TEXT_SHARE * samples]
+    for column, labels in table.words.items():
         if column not in text:
             name = table.columns[column] if table.columns else f"column {column + 1}"
-            raise Unreadable(f"{path}, line {line}: {name} is {word!r}, not a number; correct the line or delete it")
+            what = f"{name} is {labels.first!r}, not a number"
+            raise Unreadable(f"{path}, line {labels.line}: {what}; correct the line or delete it")
     if table.notes:
         table.notes = [f"the last line is truncated and was left out ({table.notes[0]})"]
     kept = [column for column in range(table.width) if column not in text]
@@ -214,7 +217,8 @@ def _finished(path: Path, table: _Table) -> _Table:
     if columns:
         columns = _named_by_words(path, table, columns, text)
     numbers = array("d", np.ascontiguousarray(table.values[:, kept]).tobytes())
-    return _Table(columns, len(kept), numbers, notes=table.notes)
+    labels = {table.columns[column]: table.words[column] for column in text} if columns else {}
+    return _Table(columns, len(kept), numbers, notes=table.notes, labels=labels)
 
 
 def _named_by_words(path: Path, table: _Table, kept: tuple[str, ...], text: Sequence[int]) -> tuple[str, ...]:
@@ -226,10 +230,10 @@ def _named_by_words(path: Path, table: _Table, kept: tuple[str, ...], text: Sequ
     for column in text:
         name = table.columns[column]
         position = name.replace("name", "position")
-        if position != name and position in kept:
-            if column in table.changing:
+        if position != name and position in kept and not (is_key(name) and len(table.words[column].texts) > 1):
+            if len(table.words[column].texts) > 1:
                 raise Unreadable(f"{path}: {name} names several joints; write a file for each, or read the bag itself")
-            joints[position] = table.words[column][2]
+            joints[position] = table.words[column].first
     return tuple(joints.get(name, name) for name in kept)
 
 
