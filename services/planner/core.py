@@ -212,7 +212,8 @@ class Planner:
         return self._reference(self._ask_reference(goal, again, ahead), optional=False) if ahead > 0 else reference
 
     def _ask_reference(self, goal: m.Goal, again: bool, ahead: float = 0.0) -> Callable[[], m.Reference]:
-        lead = self._lead.seconds(again, effort_of(goal)) + ahead
+        can_wait = goal.arrival_time is None and goal.revises is None
+        lead = self._lead.seconds(again, effort_of(goal), can_wait) + ahead
         return self._bus.send(topics.REFERENCE, m.ReferenceRequest(lead=lead))
 
     def _reference(self, answer: Callable[[], m.Reference], optional: bool) -> m.Reference | None:

@@ -49,6 +49,16 @@ def test_a_second_try_has_twice_the_last_planning_time_and_a_correction_1_5_time
     assert lead.seconds(again=True, kind="correction") == pytest.approx(0.001 + 0.3)
 
 
+def test_a_goal_that_can_wait_has_half_a_second_after_a_late_plan():
+    """Not after a plan that another one superseded: then the machine is not too slow."""
+    lead = LeadTime(0.001)
+    for late, expected in ((True, 0.501), (False, 0.041)):
+        lead.note(0.02, late=late)
+        assert lead.seconds(again=True, can_wait=True) == pytest.approx(expected)
+        assert lead.seconds(again=True) == pytest.approx(0.041)
+        assert lead.seconds(can_wait=True) == pytest.approx(0.026)
+
+
 def test_a_fixed_lead_and_that_of_the_stepped_clock_do_not_adapt():
     for lead, expected in ((LeadTime(0.001, 0.03), 0.03), (LeadTime(0.001), 0.02)):
         lead.stepped = expected == 0.02
