@@ -7,10 +7,15 @@ PATIENCE_S = 60.0
 
 
 def eventually(condition: Callable[[], object], patience: float = PATIENCE_S) -> bool:
-    """Wait until `condition` holds, at most `patience` s, and return whether it did."""
+    """Wait until `condition` holds, and return whether it did.
+
+    The last check begins after `patience` s, because a check may be slow.
+    """
     end = time.monotonic() + patience
-    while not condition():
-        if time.monotonic() > end:
+    while True:
+        last = time.monotonic() > end
+        if condition():
+            return True
+        if last:
             return False
         time.sleep(0.01)
-    return True

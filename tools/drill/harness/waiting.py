@@ -14,12 +14,16 @@ class ScenarioError(Exception):
 def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:
     """Wait until `condition` holds and return the waiting time, s.
 
+    The last check begins after `patience` s, because a check may be slow.
+
     Raises:
-        ScenarioError: it does not hold within `patience` s.
+        ScenarioError: it does not hold then.
     """
     began = time.monotonic()
-    while not condition():
-        if time.monotonic() - began > patience:
+    while True:
+        last = time.monotonic() - began > patience
+        if condition():
+            return time.monotonic() - began
+        if last:
             raise ScenarioError(f"waited {patience:g} s for {what}")
         time.sleep(0.002)
-    return time.monotonic() - began
