@@ -17,7 +17,7 @@ from tests.arms import PANDA
 from tests.cores import LOOP_CORE
 from tests.unit.recordings import writers
 from tests.unit.recordings.playing import HOUSEHOLD, relative_deviation
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 from tools.recordings import readers
 from tools.recordings.doctor import examine
 from tools.recordings.learning import load

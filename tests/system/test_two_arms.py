@@ -12,7 +12,7 @@ from protocol import topics
 from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
 from tests.cores import LOOP_CORE
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 ROBOTS = Path(__file__).parents[2] / "deploy" / "robots"
 SERVICES = ["sim", "planner", "controller"]

@@ -12,7 +12,7 @@ from protocol.topics import ENDED, alive_key
 from tests.golden.examples import EXAMPLES
 from tests.golden.examples import RESULT as GOOD
 from tests.golden.values import HIT
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 RUNNING = m.Result(goal_id="forehand-7", outcome="running")
 LATER_S = 0.2

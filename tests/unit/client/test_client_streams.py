@@ -12,7 +12,7 @@ from client.sync_or_async import run
 from protocol import messages as m
 from tests.golden.examples import EXAMPLES
 from tests.golden.values import SAMPLES, TRAJECTORY
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 
 def contact(time: float) -> m.Contact:

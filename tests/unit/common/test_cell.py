@@ -16,7 +16,7 @@ from services.common.cell import running_cell
 from services.common.cli import Options, free_endpoint
 from services.common.supervisor import NotReady
 from tests.golden.values import STATUS
-from tests.waiting import PATIENCE_S
+from tools.drill.harness.waiting import PATIENCE_S
 
 
 def broken(program: str):

@@ -12,7 +12,7 @@ import pytest
 
 from services.common.lifeline import VARIABLE, follow_supervisor
 from tests.processes import is_running
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 SERVICE = """
 import os, sys, time

@@ -14,7 +14,7 @@ from protocol.topics import claim_key
 from services.common.cli import Options, free_endpoint
 from services.common.single_instance import Outcome, SingleInstance
 from tests.connections import connections, port_of
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("test")
 

@@ -15,7 +15,7 @@ from protocol.topics import QUEUE_LENGTH
 from services.common.stray_puts import StrayPuts
 from services.controller.checker import TrajectoryChecker
 from tests.unit.controller.stand_ins import CONFIG, FakeBus, Request, staying
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 
 class Setup:

@@ -11,7 +11,7 @@ from protocol import topics
 from protocol.codec import encode
 from tests.unit.controller.running_loop import RunningLoop
 from tests.unit.controller.stand_ins import CONFIG, state, staying
-from tests.waiting import PATIENCE_S
+from tools.drill.harness.waiting import PATIENCE_S
 
 
 @pytest.mark.parametrize("arm_clock", ["stepped", "paced"])

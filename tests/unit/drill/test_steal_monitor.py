@@ -9,10 +9,9 @@ import pytest
 from protocol.errors import Refusal
 from protocol.messages import Clock
 from services.common.cli import Options
-from tests.waiting import eventually
 from tools.drill.harness.lab import Lab
 from tools.drill.harness.steal_monitor import BRAKING_STEPS, PERIOD_S, StealMonitor
-from tools.drill.harness.waiting import ScenarioError
+from tools.drill.harness.waiting import ScenarioError, eventually
 from tools.drill.run import MAX_ATTEMPTS, run_scenario
 from tools.drill.scenario import Bound, Measured, Scenario, none, timed
 

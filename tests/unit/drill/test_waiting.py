@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.waiting import eventually
-from tools.drill.harness.waiting import ScenarioError, wait_for
+from tools.drill.harness.waiting import ScenarioError, eventually, wait_for
 
 PATIENCE_S = 0.05
 

@@ -33,7 +33,7 @@ from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from services.planner.worker import Task
 from tests.connections import unread
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()

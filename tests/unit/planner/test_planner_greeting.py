@@ -14,7 +14,7 @@ from services.common.cli import free_endpoint
 from services.planner.core import LeadTime, Planner
 from services.planner.library import Arm, Library
 from services.planner.loop import Loop
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()

@@ -17,7 +17,7 @@ from services.planner.library import Arm, Library, Written
 from services.planner.worker import Lesson, learned
 from services.planner.worker_thread import LoopCall
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ARM = Arm("two", NAMES)

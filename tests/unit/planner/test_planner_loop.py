@@ -21,7 +21,7 @@ from services.planner.library import Arm, Library
 from services.planner.loop import Loop
 from tests.unit.planner.test_planner_learner import HeldWorker
 from tests.unit.planner.test_planner_worker import PATH
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 LOG = logging.getLogger("planner")
 ROBOT = load_robot()

@@ -20,7 +20,7 @@ from services.common.cli import free_endpoint
 from services.planner.other_robot import in_force
 from services.planner.scene import Scene
 from tests.unit.robot.small_arm import small_arm
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from services.planner.worker import Failure, Task, learned, outcome
 from services.planner.worker_link import Worker
 from tests.connections import unread
 from tests.processes import is_running
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 LOG = logging.getLogger("planner")
 LIMITS = Limits(np.array([[-1.0, 1.0], [-1.0, 1.0]]), np.full(2, 5.0), np.full(2, 50.0), np.full(2, 500.0))

@@ -16,7 +16,7 @@ from protocol.errors import NoAnswer, Refusal
 from protocol.topics import CANCEL, CONTACT, PRIMITIVES, QUEUE_LENGTH, STATE, STATUS_QUERY, alive_key
 from tests.golden.examples import EXAMPLES
 from tests.golden.values import STATUS
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 
 @pytest.fixture

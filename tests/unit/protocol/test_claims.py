@@ -9,7 +9,7 @@ import zenoh
 
 from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 
 class Claimant(Bus):

@@ -7,7 +7,7 @@ from protocol.bus.bus import Bus
 from protocol.bus.sessions import open_session
 from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 
 NO_LINGER = [0, 0]
 

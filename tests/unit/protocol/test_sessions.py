@@ -23,7 +23,7 @@ from protocol.bus.sessions import (
 )
 from services.common.cli import free_endpoint
 from tests.connections import connections, port_of
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 LISTENER = """
 import sys, time, zenoh

@@ -19,8 +19,8 @@ from services.recorder.validation import listen
 from services.recorder.writer import TraceWriter
 from tests.unit.recorder.recorder_messages import MESSAGES, RUN, VALUES, command, refused, state, status
 from tests.unit.recorder.recorder_to_file import CONFIG, LOG, RECORDED, RecorderToFile, joints
-from tests.waiting import eventually
 from tools.drill.harness.mutations import mutate
+from tools.drill.harness.waiting import eventually
 from tools.trace_reader import read_trace
 
 

@@ -9,7 +9,7 @@ from protocol.errors import Refusal
 from protocol.topics import ENDED, QUERIES, alive_key
 from tests.golden.values import HIT, RESULT
 from tests.unit.shell.command_line import WORDS, volley
-from tests.waiting import eventually
+from tools.drill.harness.waiting import eventually
 from tools.shell.__main__ import COMMANDS
 
 PUSH = ["100", "0", "0", "0", "0", "0"]

@@ -10,7 +10,7 @@ import pytest
 
 from protocol.topics import STATUS
 from tests.golden.examples import EXAMPLES
-from tests.waiting import PATIENCE_S, eventually
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 from tools.shell.__main__ import Command, main
 
 

@@ -11,19 +11,28 @@ class ScenarioError(Exception):
     """A scenario could not be completed."""
 
 
-def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:
-    """Wait until `condition` holds and return the waiting time, s.
+def eventually(condition: Callable[[], object], patience: float = PATIENCE_S) -> bool:
+    """Wait until `condition` holds, and return whether it did.
 
     The last check begins after `patience` s, because a check may be slow.
+    """
+    end = time.monotonic() + patience
+    while True:
+        last = time.monotonic() > end
+        if condition():
+            return True
+        if last:
+            return False
+        time.sleep(0.002)
+
+
+def wait_for(condition: Callable[[], object], what: str, patience: float = PATIENCE_S) -> float:
+    """Wait until `condition` holds as `eventually` does, and return the waiting time, s.
 
     Raises:
-        ScenarioError: it does not hold then.
+        ScenarioError: it does not hold after `patience` s.
     """
     began = time.monotonic()
-    while True:
-        last = time.monotonic() - began > patience
-        if condition():
-            return time.monotonic() - began
-        if last:
-            raise ScenarioError(f"waited {patience:g} s for {what}")
-        time.sleep(0.002)
+    if not eventually(condition, patience):
+        raise ScenarioError(f"waited {patience:g} s for {what}")
+    return time.monotonic() - began
