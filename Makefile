@@ -37,7 +37,7 @@ pages: setup ## make docs/protocol.md, docs/api.md and docs/trace.md
 	$(BIN)/python -m tools.pages.trace > docs/trace.md
 
 test: setup ## run every test: one process a core, then those that need the wall clock
-	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not realtime'
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --max-worker-restart=0 -m 'not realtime'
 	$(BIN)/python -m pytest -m realtime tests/system
 
 check: setup ## check lint, format, types and import direction
