@@ -20,6 +20,9 @@ PROMPT_PRIORITY, RECEIVING_PRIORITY = 1, 2
 """Priorities of SCHED_FIFO, below the loops of sim and controller: of computing threads, and of receiving ones."""
 PROMPT_SWITCH_S = 5e-4
 """Largest delay of a receiving thread by a computing one: the planner needs the arrival times of statuses."""
+LOOP_SWITCH_S = 1e-4
+"""The same for a 1 kHz loop: with Python's default of 5 ms, a message that arrives while the loop computes would wait
+for longer than a tick."""
 PROMPT_SLICE_NS = 100_000
 """The shortest slice that Linux grants."""
 SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
@@ -56,11 +59,9 @@ def keep_to(cores: set[int]) -> list[str]:
 def become_real_time(priority: int) -> list[str]:
     """Request real-time scheduling for a 1 kHz loop; return failures as sentences.
 
-    Threads inherit SCHED_FIFO when they start, so call this before the Zenoh session is opened. The switch interval is
-    shortened because, with Python's default of 5 ms, a message that arrives while the loop computes would wait for
-    longer than a tick.
+    Threads inherit SCHED_FIFO when they start, so call this before the Zenoh session is opened.
     """
-    sys.setswitchinterval(1e-4)
+    sys.setswitchinterval(LOOP_SWITCH_S)
     missing = []
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
@@ -121,6 +122,18 @@ def become_prompt() -> None:
     _share_promptly()
 
 
+def become_steady() -> None:
+    """Request three times the share of an ordinary program, for a simulation that keeps to the wall clock if it can.
+
+    With SCHED_FIFO, a simulation that the machine is too slow for would leave a twentieth of its core for all others,
+    its own planner included. Call this before the bus is opened: threads inherit it.
+    """
+    sys.setswitchinterval(LOOP_SWITCH_S)
+    become_nice(STEADY_NICE, otherwise=0)
+    _share_promptly()
+    _LIBC.prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
+
+
 def _share_promptly() -> None:
     """Set the ordinary policy for the calling thread, with its niceness and a short slice."""
     number = SCHED_SETATTR.get(platform.machine())
@@ -169,18 +182,19 @@ class Urgency:
             _share_promptly()
 
 
-def become_nice(niceness: int) -> None:
+def become_nice(niceness: int, otherwise: int = POLITE_NICE) -> None:
     """Set the niceness; negative: priority over ordinary processes, which have 0.
 
-    If that is not granted, the loops of sim and controller are probably ordinary too. Then this process yields to
-    them, in this session only: a nice session would starve beside the other programs of the machine.
+    otherwise: increment of the niceness if that is not granted. By default this process then yields to the loops of
+    sim and controller, which are probably ordinary too, and only inside its session: a nice session would starve beside
+    the other programs of the machine.
     """
     with contextlib.suppress(OSError):
         if os.getpriority(os.PRIO_PROCESS, 0) != niceness:
             try:
                 os.setpriority(os.PRIO_PROCESS, 0, niceness)
             except PermissionError:
-                os.nice(POLITE_NICE)
+                os.nice(otherwise)
                 return
         # Linux divides a core among sessions first, and the supervisor starts each service in a separate session.
         if os.getsid(0) == os.getpid():

@@ -18,6 +18,7 @@ from protocol import messages as m
 from protocol import topics
 from protocol.errors import Refusal
 from services.common.cli import Options, free_endpoint
+from services.common.realtime import may_be_real_time
 from services.common.supervisor import Supervisor, command_lines
 
 pytestmark = pytest.mark.realtime
@@ -99,7 +100,15 @@ def test_goals_succeed_without_rights_beside_busy_processes(tmp_path: Path):
         wait_for(lambda: stack.result(reply.goal_id).outcome != "running", "the goal to end", patience=300.0)
         assert stack.result(reply.goal_id).outcome == "succeeded"
         assert stack.status().cycle.missed == 0
-        assert not prefix or "SCHED_FIFO" in stack.processes.log("sim").read_text()
+        assert not prefix or "SCHED_FIFO" in stack.processes.log("controller").read_text()
+
+
+@pytest.mark.skipif(not may_be_real_time(), reason="needs the right to SCHED_FIFO")
+@pytest.mark.parametrize(("clock", "policy"), [("realtime", os.SCHED_FIFO), ("paced", os.SCHED_OTHER)])
+def test_only_a_real_time_arm_takes_a_core_from_other_programs(tmp_path: Path, clock: m.Clock, policy: int):
+    """A paced simulation that the machine is too slow for leaves a share of its core to its planner and to others."""
+    with running(tmp_path, names=("sim",), clock=clock) as stack:
+        assert os.sched_getscheduler(stack.services.running["sim"].pid) == policy
 
 
 def test_a_stalled_sim_causes_no_fault(stack: Stack):

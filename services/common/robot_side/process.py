@@ -40,7 +40,7 @@ def run_robot(
     stopping = stop_on_signals()
     config = load_configured(options, log)
     loops, others = realtime.split_cores(options.loop_core)
-    _ask_for_real_time(loops, clock, log)
+    _prioritise(loops, clock, log)
 
     def serve(bus: Bus) -> None:
         arms = build(bus, config, log)
@@ -65,13 +65,12 @@ def run_robot(
         return Outcome.FAILED
 
 
-def _ask_for_real_time(cores: set[int], clock: Clock, log: logging.Logger) -> None:
-    """Restrict to `cores` and, if the wall clock matters, request real-time scheduling; log failures."""
+def _prioritise(cores: set[int], clock: Clock, log: logging.Logger) -> None:
+    """Restrict this process to `cores`, with the priority that its clock needs; log what is not granted."""
     missing = realtime.keep_to(cores)
-    if clock != "stepped":
+    if clock == "realtime":
         missing += realtime.become_real_time(PRIORITY)
+    elif clock == "paced":
+        realtime.become_steady()
     for sentence in missing:
-        if clock == "realtime":
-            log.warning("without %s: ticks may come late", sentence)
-        else:
-            log.info("without %s: robot time may run slower than the wall clock", sentence)
+        log.warning("without %s: ticks may come late", sentence)

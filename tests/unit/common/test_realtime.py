@@ -175,6 +175,25 @@ def test_a_prompt_service_without_privileges_keeps_its_share():
     assert done.stdout.split()[1] == "0"
 
 
+STEADY = PROMPT.replace("become_prompt", "become_steady")
+
+
+@pytest.mark.parametrize("granted", [True, False])
+def test_a_simulation_leaves_a_share_of_its_core(granted: bool):
+    """It has three times the share of an ordinary program, or without the right to it the share of one."""
+    if not Path("/proc/self/autogroup").exists() or shutil.which("setpriv") is None:
+        pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
+    if granted and not realtime.may_be_real_time():
+        pytest.skip("needs the right to a negative niceness")
+    without = [] if granted or os.geteuid() else ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"]
+    done = subprocess.run(
+        [*without, sys.executable, "-c", STEADY], capture_output=True, text=True, check=True, start_new_session=True
+    )
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    expected = (realtime.STEADY_NICE, realtime.STEADY_NICE) if granted else (own, 0)
+    assert tuple(map(int, done.stdout.split())) == expected
+
+
 @pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")
 def test_receiving_threads_have_real_time_priority_and_the_program_has_not():
     receiving = (

@@ -11,7 +11,7 @@ from protocol import topics
 from protocol.codec import encode
 from tests.unit.controller.running_loop import RunningLoop
 from tests.unit.controller.stand_ins import CONFIG, state, staying
-from tools.drill.harness.waiting import PATIENCE_S
+from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 
 @pytest.mark.parametrize("arm_clock", ["stepped", "paced"])
@@ -65,25 +65,39 @@ def test_with_other_clocks_a_lost_token_is_no_fault(start_loop: Callable[..., Ru
     assert running.fault is None
 
 
-@pytest.mark.parametrize(("arm_clock", "state_after", "last"), [("realtime", PATIENCE_S, 0), ("paced", 0.5, 1)])
-def test_a_controller_that_ends_stops_the_motion(
-    start_loop: Callable[..., RunningLoop],
-    arm_clock: m.Clock,
-    state_after: float,
-    last: int,
-    monkeypatch: pytest.MonkeyPatch,
+def test_in_real_time_a_controller_that_ends_gives_up_after_a_silence(
+    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
 ):
-    """In real time it gives up after a silence; in paced time it waits."""
     monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
-    running = start_loop(arm_clock, clock=time.perf_counter_ns)
+    running = start_loop("realtime", clock=time.perf_counter_ns)
     running.turn(state(0))
     running.ask(topics.EXECUTE, staying(5, 1))
-    late = threading.Timer(state_after, running.bus.send, [encode(state(1))])
-    late.start()
+    began = time.monotonic()
     running.loop.close()
-    late.cancel()
-    late.join()
-    assert running.answered[-1] == last
+    assert time.monotonic() - began < PATIENCE_S
+    assert running.answered[-1] == 0
+
+
+def test_in_paced_time_a_controller_that_ends_waits_for_the_arm(
+    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
+):
+    """It answers a state that arrives after a silence, and ends once the arm is gone."""
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
+    running = start_loop("paced", clock=time.perf_counter_ns)
+    running.turn(state(0))
+    running.ask(topics.EXECUTE, staying(5, 1))
+
+    def arrive_late() -> None:
+        time.sleep(0.5)
+        running.bus.send(encode(state(1)))
+        eventually(lambda: running.answered[-1] == 1)
+        running.bus.see_arm(alive=False)
+
+    arm = threading.Thread(target=arrive_late)
+    arm.start()
+    running.loop.close()
+    arm.join()
+    assert running.answered[-1] == 1
 
 
 def test_in_paced_time_a_controller_that_ends_does_not_wait_for_an_absent_arm(
