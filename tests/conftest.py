@@ -1,13 +1,18 @@
-"""One thread for linear algebra, as in the services, and long tests first.
+"""One thread for linear algebra, as in the services, long tests first, and the same random examples in every run.
 
-Several threads of linear algebra on a busy machine wait minutes for each other.
+Several threads of linear algebra on a busy machine wait minutes for each other. `--hypothesis-profile=random` draws new
+examples.
 """
 
 import gc
 import os
 
 import pytest
+from hypothesis import settings
 
+settings.register_profile("random")
+settings.register_profile("repeatable", derandomize=True, database=None)
+settings.load_profile("repeatable")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy reads it when it is loaded
 
 LONG = ("tests/system/", "tests/unit/experiments/", "tests/property/")
