@@ -55,8 +55,8 @@ def reply_to_status(endpoint: str) -> None:
     with Bus(open_session(listen=[endpoint])) as bus:
         bus.serve(STATUS_QUERY, inbox)
         bus.announce("controller")
-        while (asking := inbox.take(None)) is not None:
-            asking.reply(EXAMPLES["Status"])
+        while (query := inbox.take(None)) is not None:
+            query.reply(EXAMPLES["Status"])
 
 
 async def measure(arm: Arm, endpoint: str, count: int) -> np.ndarray:

@@ -15,10 +15,10 @@ SIGNS = np.array([-1.0, 1.0])
 ROUNDING = 1e-6
 """A requested value may exceed its limit by this part of the limit's range: clients may round to float32."""
 
-LED_BACK_FROM = 0.02
+RETURN_FROM = 0.02
 """A motion may begin up to this far (rad) outside a position limit, where the arm was pushed, …"""
 
-LED_BACK_BY = 0.2
+RETURN_BY = 0.2
 """… and must be inside after this part of its duration."""
 
 

@@ -18,9 +18,9 @@ import numpy as np
 from robot.clearance import ROUGH, Clearance
 
 PRECISION, SHARE = 2e-3, 0.1
-"""Absolute (m) and relative precision of the smallest distance along a motion, if `LOOKS` suffice."""
+"""Absolute (m) and relative precision of the smallest distance along a motion, if `REFINEMENTS` suffice."""
 
-LOOKS = 40
+REFINEMENTS = 40
 """Limit on the number of distances that are measured only to refine the smallest one."""
 
 LIKELY = 0.4
@@ -86,13 +86,13 @@ def approach(
     largest = float(np.diff(ways[near], axis=1).max(initial=0.0))
     parts = min(max(math.ceil(largest / max(clearance.margin / 2, STEP_WAY)), 1), MAX_PARTS)
     fine = _divided(ways[near], parts)
-    look = _Look(clearance, positions, parts)
+    distances = _Distances(clearance, positions, parts)
     runs = [
         _Run(pair, begin * COARSE * parts, end * COARSE * parts, float(survey.low[end, pair]), way, float(floors[pair]))
         for pair, way in zip(near.tolist(), map(memoryview, fine), strict=True)
         for begin, end in _stretches(unclear[:, pair])
     ]
-    return _Search(look, survey, runs, floors, ways, best).run()
+    return _Search(distances, survey, runs, floors, ways, best).run()
 
 
 def _divided(ways: np.ndarray, parts: int) -> np.ndarray:
@@ -136,7 +136,7 @@ class _Survey:
                 yield float(self._likely[begin:end, pair].min()), pair, instants[0], low[0], instants[1], low[1]
 
 
-class _Look:
+class _Distances:
     """Distances at instants, which are parts of steps; sets the arm's pose only when the instant changes."""
 
     def __init__(self, clearance: Clearance, positions: np.ndarray, parts: int) -> None:
@@ -204,7 +204,7 @@ class _Search:
     nearest: the smallest measured distance (`best`, m), its pair and its instant; None before the first.
     """
 
-    look: _Look
+    distances: _Distances
     survey: _Survey
     runs: list[_Run]
     floors: np.ndarray
@@ -221,10 +221,10 @@ class _Search:
         return Approach(found, None if hit is None else self._seen(*hit))
 
     def _seen(self, distance: float, pair: int, instant: int) -> Seen:
-        return Seen(distance, pair, instant / self.look.parts)
+        return Seen(distance, pair, instant / self.distances.parts)
 
     def _measure(self, instant: int, pair: int) -> float:
-        distance = self.look.at(instant, pair)
+        distance = self.distances.at(instant, pair)
         if distance < self.best:
             self.best, self.nearest = distance, (distance, pair, instant)
         return distance
@@ -255,11 +255,11 @@ class _Search:
 
     def _refine(self) -> tuple[float, int, int] | None:
         """Measure in the gaps with the likely smallest distances; return one below its floor."""
-        parts, ways = self.look.parts, self.ways
+        parts, ways = self.distances.parts, self.ways
         gaps = chain(self.survey.gaps(self.floors, min(self.best, ROUGH), parts), self.gaps)
         ranked = [gap for gap in gaps if self._matters(gap[0])]
         heapify(ranked)
-        for _ in range(LOOKS):
+        for _ in range(REFINEMENTS):
             if not ranked or not self._matters(ranked[0][0]):
                 break
             _, pair, first, before, last, after = heappop(ranked)

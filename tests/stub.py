@@ -40,13 +40,13 @@ class Stub:
     then: dict[str, tuple[Publication, Struct]] = field(default_factory=dict)
     silent: set[str] = field(default_factory=set)
 
-    def answer(self, asking: PendingQuery) -> None:
+    def answer(self, query: PendingQuery) -> None:
         """Answer one request."""
-        key = asking.topic.key
+        key = query.topic.key
         try:
-            request = asking.decode()
+            request = query.decode()
         except Refusal as refusal:
-            asking.refuse(refusal)
+            query.refuse(refusal)
             return
         if key == DESCRIPTION.key:
             self.described += 1
@@ -55,11 +55,11 @@ class Stub:
         if key in self.silent:
             return
         planned = self.answers.get(key)
-        answer = planned.pop(0) if planned else EXAMPLES[asking.topic.reply.__name__]
+        answer = planned.pop(0) if planned else EXAMPLES[query.topic.reply.__name__]
         if isinstance(answer, Refusal):
-            asking.refuse(answer)
+            query.refuse(answer)
         else:
-            asking.reply(answer)
+            query.reply(answer)
         if key in self.then:
             self.publish(*self.then.pop(key))
 
@@ -97,9 +97,9 @@ def answering(router: Router) -> Iterator[Stub]:
 
     def serve() -> None:
         while not stopping.is_set():
-            asking = router.inbox.take(0.02)
-            if asking is not None:
-                stub.answer(asking)
+            query = router.inbox.take(0.02)
+            if query is not None:
+                stub.answer(query)
 
     thread = threading.Thread(target=serve)
     thread.start()

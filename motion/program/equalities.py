@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from motion.errors import InvalidMotion, SolverFailed
-from motion.limits import LED_BACK_FROM, ROUNDING
+from motion.limits import RETURN_FROM, ROUNDING
 from motion.program.space import Space, make_space
 from motion.request import MotionRequest
 
@@ -103,13 +103,13 @@ def fixed_inside(request: MotionRequest) -> tuple[MotionRequest, Fixed]:
     if request.rest_fraction or request.limits.outside(fixed.quantity, fixed.values).any():
         request = request.clipped()
         fixed = fixed_values(request)
-        led_back = np.where(np.arange(len(fixed.s)) == 0, LED_BACK_FROM, 0.0)[:, None]
+        returning = np.where(np.arange(len(fixed.s)) == 0, RETURN_FROM, 0.0)[:, None]
         waypoints = [f" of waypoints[{k}]" for k in range(len(request.waypoints)) for _ in range(3)]
         rests = ""
         if request.rest_fraction:
             rests = f" where the rest_fraction, here at most {_most_rest(request):.3f}, begins"
         of = [" of the start"] * 3 + waypoints + [rests, "", ""]
-        if error := request.limits.exceeded(fixed.quantity, fixed.values, led_back, of):
+        if error := request.limits.exceeded(fixed.quantity, fixed.values, returning, of):
             raise error
     return request, fixed
 

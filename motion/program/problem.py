@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motion.limits import LED_BACK_BY, ROUNDING, SIGNS
+from motion.limits import RETURN_BY, ROUNDING, SIGNS
 from motion.primitive import Primitive
 from motion.program.contradiction import check_means
 from motion.program.equalities import Equalities, Fixed, equalities_of
@@ -179,5 +179,5 @@ def _lead_back(hull: Hull, over: np.ndarray, rounding: np.ndarray) -> None:
     """
     wider = over[:, :, 0] + rounding
     if (wider > 0).any():
-        early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= LED_BACK_BY))
+        early = np.flatnonzero((hull.quantity == 0) & (hull.ceases <= RETURN_BY))
         over[:, :, early] -= np.maximum(wider, 0.0)[:, :, None]

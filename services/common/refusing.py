@@ -23,23 +23,23 @@ indices, and of a sample the second."""
 
 @contextmanager
 def refusing(
-    asking: "PendingQuery",
+    query: "PendingQuery",
     service: str,
     log: logging.Logger,
     goal_id: str | None = None,
     then: Callable[[Refusal], object] = lambda _: None,
     joints: Sequence[str] = (),
 ) -> Iterator[None]:
-    """Reply to `asking` with the refusal that the block raises, log it, and call `then` with it.
+    """Reply to `query` with the refusal that the block raises, log it, and call `then` with it.
 
     An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests. joints:
     names for the values of joints that a refusal gives by their index.
     """
 
     def refuse(refusal: Refusal) -> None:
-        asking.refuse(refusal)
+        query.refuse(refusal)
         fields = {"goal_id": goal_id, "code": refusal.code}
-        log.info("%s refused as %s: %s", asking.topic.key, refusal.code, refusal, extra=fields)
+        log.info("%s refused as %s: %s", query.topic.key, refusal.code, refusal, extra=fields)
         then(refusal)
 
     # No variable of this frame keeps the caught error: its traceback refers to the frame, and a service that does not
@@ -49,7 +49,7 @@ def refusing(
     except Refusal as reason:
         refuse(with_joint(reason, joints))
     except Exception:
-        log.exception("%s met an error of the %s", asking.topic.key, service, extra={"goal_id": goal_id})
+        log.exception("%s met an error of the %s", query.topic.key, service, extra={"goal_id": goal_id})
         detail = {"service": service} | ({"goal_id": goal_id} if goal_id else {})
         refuse(Refusal("unavailable", OWN_ERROR.format(service=service), **detail))
 

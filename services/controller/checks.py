@@ -14,7 +14,7 @@ from protocol.topics import MAX_PLAN_S
 from robot.conversions import MATRICES, QUANTITY_OF, samples_of, unit_of
 from robot.description import RobotConfig
 from services.controller.pieces import check_pieces, check_rest
-from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
+from services.controller.ranges import TIGHT, limit_refusal, return_ranges, return_ticks, slack
 from services.controller.timeline import Segment
 
 
@@ -80,8 +80,8 @@ def _check_frame(trajectory: m.Trajectory, config: RobotConfig) -> None:
 def _check_limits(samples: Samples, hit_index: int, config: RobotConfig) -> None:
     limits: Limits = config.limits
     low, high = limits.positions.T
-    lowest, highest = led_back_ranges(samples.positions[0], limits)
-    back = led_back_ticks(hit_index)
+    lowest, highest = return_ranges(samples.positions[0], limits)
+    back = return_ticks(hit_index)
     jerks = np.diff(samples.accelerations, axis=0) * config.rate_hz
     _check_range("position", samples.positions[:back], lowest, highest, config)
     _check_range("position", samples.positions[back:], low, high, config, back)

@@ -14,7 +14,7 @@ from protocol.errors import Refusal
 from robot.description import RobotConfig
 from robot.surroundings import BALL
 from services.controller.checks import Checked
-from services.controller.judgement import Judge, judge_of
+from services.controller.hit_tolerance import HitTolerance, tolerance_of
 
 KEPT = 1000
 
@@ -29,7 +29,7 @@ class ActiveGoal:
         swings: Whether the reference moves at the hit.
         touched: Tick of the arm's first contact with the ball.
         end: Tick at which the goal ends with the outcome `closing`, for `reason`, unless it ends earlier.
-        judge: Decides whether the hit was a miss; None: never.
+        tolerance: Decides whether the hit was a miss; None: never.
     """
 
     result: m.Result
@@ -40,7 +40,7 @@ class ActiveGoal:
     end: int
     closing: m.Outcome = "succeeded"
     reason: str = ""
-    judge: Judge | None = None
+    tolerance: HitTolerance | None = None
     swings: bool = False
     touched: int | None = None
 
@@ -72,7 +72,7 @@ def active_goal(checked: Checked, config: RobotConfig, now_ns: int) -> ActiveGoa
         start=segment.start,
         hit=segment.start + trajectory.hit_index,
         end=segment.end,
-        judge=judge_of(trajectory, config),
+        tolerance=tolerance_of(trajectory, config),
         swings=bool(segment.samples.velocities[trajectory.hit_index].any()),
     )
 
@@ -202,7 +202,7 @@ class Ledger:
 
     def _end(self, goal: ActiveGoal, outcome: m.Outcome, reason: str) -> None:
         hit = goal.result.hit
-        if outcome == "succeeded" and hit and goal.judge and (missed := goal.judge.miss(hit)):
+        if outcome == "succeeded" and hit and goal.tolerance and (missed := goal.tolerance.miss(hit)):
             outcome, reason = "missed", missed
         goal.result.outcome, goal.result.reason = outcome, reason
         self.ended.append(goal.result)

@@ -12,7 +12,7 @@ from protocol import messages as m
 from protocol.codec import bad_message, matrix
 from robot.conversions import QUANTITY_OF, unit_of
 from robot.description import RobotConfig
-from services.controller.ranges import TIGHT, led_back_ranges, led_back_ticks, limit_refusal, slack
+from services.controller.ranges import TIGHT, limit_refusal, return_ranges, return_ticks, slack
 
 JUMPS = ("positions", 1e-8), ("velocities", 1e-6), ("accelerations", 1e-4)
 """Tolerance for rounding: largest jump (rad, rad/s, rad/s²) between two pieces, or between the end and rest."""
@@ -124,10 +124,10 @@ def _check_limits(motion: Trajectory, hit_index: int, config: RobotConfig) -> No
     first, (low, high) = motion.coefficients[0, :, 0], config.limits.positions.T
     inside_from = 0.0
     if np.any((first < low) | (first > high)):
-        inside_from = led_back_ticks(hit_index) * config.tick
-        led_back = ranges.copy()
-        led_back[:, 0] = np.stack(led_back_ranges(first, config.limits), axis=1)
-        _check_ranges(motion, begins, np.minimum(ends, inside_from), led_back, config)
+        inside_from = return_ticks(hit_index) * config.tick
+        returning = ranges.copy()
+        returning[:, 0] = np.stack(return_ranges(first, config.limits), axis=1)
+        _check_ranges(motion, begins, np.minimum(ends, inside_from), returning, config)
     _check_ranges(motion, np.maximum(begins, inside_from), ends, ranges, config)
 
 

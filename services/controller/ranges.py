@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from motion.limits import LED_BACK_BY, LED_BACK_FROM, QUANTITIES, Limits
+from motion.limits import QUANTITIES, RETURN_BY, RETURN_FROM, Limits
 from protocol.errors import Refusal
 from robot.conversions import unit_of
 from robot.description import RobotConfig
@@ -19,19 +19,19 @@ def slack(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(width), TIGHT * width, 0.0)
 
 
-def led_back_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
+def return_ranges(first: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest positions (J,) for the first part of a motion that starts at `first` (J,).
 
     A joint that was pushed slightly beyond its limit may start there, but not move farther out.
     """
     low, high = limits.positions.T
-    lowest = np.minimum(low, np.maximum(first, low - LED_BACK_FROM))
-    return lowest, np.maximum(high, np.minimum(first, high + LED_BACK_FROM))
+    lowest = np.minimum(low, np.maximum(first, low - RETURN_FROM))
+    return lowest, np.maximum(high, np.minimum(first, high + RETURN_FROM))
 
 
-def led_back_ticks(hit_index: int) -> int:
+def return_ticks(hit_index: int) -> int:
     """Return the tick from which a motion with its hit at `hit_index` must be inside the position limits."""
-    return math.ceil(LED_BACK_BY * hit_index) + 1
+    return math.ceil(RETURN_BY * hit_index) + 1
 
 
 def limit_refusal(

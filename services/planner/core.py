@@ -103,7 +103,7 @@ class Planner:
             return
         primitive = self._library.playable(goal.primitive)
         check_goal(goal, primitive, self._config)
-        self._scene.look()
+        self._scene.update()
         turn = next(self._turns)
         if goal.method in ELSEWHERE:
             yield None
@@ -152,7 +152,7 @@ class Planner:
             began = time.monotonic()
             made = yield from self._solver.solve(goal, primitive, origin)
             self._check_newest(goal_id, turn)
-            if self._scene.look():  # another robot started a motion during planning
+            if self._scene.update():  # another robot started a motion during planning
                 made = self._solver.checked(made, goal)
             stamps = m.Stamps(requested=requested_ns, planned=time.time_ns())
             try:

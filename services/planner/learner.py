@@ -32,7 +32,7 @@ class Head(msgspec.Struct):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Request:
-    asking: PendingQuery
+    query: PendingQuery
     head: Head
     body: memoryview
 
@@ -58,13 +58,13 @@ class Learner:
         self._worker_thread = WorkerThread(worker, inbox, log)
         self._worker_thread.submit(self._prepare)
 
-    def submit(self, asking: PendingQuery, head: Head, body: memoryview) -> None:
+    def submit(self, query: PendingQuery, head: Head, body: memoryview) -> None:
         """Queue a request, to learn and reply after the earlier ones.
 
         Raises:
             Refusal: `busy`, if the queue is full.
         """
-        self._worker_thread.submit(lambda: self._answer(_Request(asking, head, body)))
+        self._worker_thread.submit(lambda: self._answer(_Request(query, head, body)))
 
     def close(self) -> None:
         """End the worker and drop the queue."""
@@ -77,8 +77,8 @@ class Learner:
                     prepare(self._library.get(entry.name))
 
     def _answer(self, request: _Request) -> None:
-        with refusing(request.asking, "planner", self._log):
-            request.asking.reply(self._learn(request))
+        with refusing(request.query, "planner", self._log):
+            request.query.reply(self._learn(request))
 
     def _learn(self, request: _Request) -> m.Learned:
         lesson, name = self._worker.learn(request.body), request.head.name

@@ -38,10 +38,10 @@ UNREAD_LEARN = replace(topics.LEARN, request=msgspec.Raw)
 
 
 @dataclass(slots=True, eq=False)
-class Going:
+class PendingGoal:
     """A goal without a reply yet, its steps, and the task to plan before the next step."""
 
-    asking: PendingQuery
+    query: PendingQuery
     goal: m.Goal
     goal_id: str
     steps: Steps[None]
@@ -77,9 +77,9 @@ class Loop:
         with prioritise_new_threads():
             watch = ControllerWatch(self._bus, self._log, self._planner.receive_status)
             stray_puts = StrayPuts(self._bus, self._log)
-            for query in topics.QUERIES:
-                if query.owner == "planner":
-                    self._bus.serve(UNREAD_LEARN if query is topics.LEARN else query, self.inbox)
+            for topic in topics.QUERIES:
+                if topic.owner == "planner":
+                    self._bus.serve(UNREAD_LEARN if topic is topics.LEARN else topic, self.inbox)
             self._bus.announce("planner")
             self._bus.watch_alive(
                 topics.alive_key("sim"), lambda _, alive: arm_appeared.set() if alive else arm_appeared.clear()
@@ -88,7 +88,7 @@ class Loop:
         while not stopping.is_set():
             urgency.update(keeps_up=self.inbox.is_empty)
             item = self.inbox.take(0.1)
-            watch.look(time.monotonic())
+            watch.update(time.monotonic())
             stray_puts.warn()
             if arm_appeared.is_set():
                 arm_appeared.clear()
@@ -108,18 +108,18 @@ class Loop:
         elif item is not None:
             self.answer(item)
 
-    def answer(self, asking: PendingQuery) -> None:
+    def answer(self, query: PendingQuery) -> None:
         """Reply to a request, or refuse it."""
-        with self._refusing(asking):
-            match request := asking.decode():
+        with self._refusing(query):
+            match request := query.decode():
                 case m.Goal() as goal:
-                    self._begin(asking, goal)
+                    self._begin(query, goal)
                 case msgspec.Raw():
-                    self._learn(asking, memoryview(request))  # 16 MiB are not copied again
+                    self._learn(query, memoryview(request))  # 16 MiB are not copied again
                 case m.Forget():
-                    asking.reply(self._planner.forget(request))
+                    query.reply(self._planner.forget(request))
                 case _:
-                    asking.reply(self._planner.primitives(request))
+                    query.reply(self._planner.primitives(request))
 
     def close(self) -> None:
         """End the worker processes."""
@@ -127,59 +127,59 @@ class Loop:
         self._planning.close()
 
     def _refusing(
-        self, asking: PendingQuery, goal: m.Goal | None = None, goal_id: str | None = None
+        self, query: PendingQuery, goal: m.Goal | None = None, goal_id: str | None = None
     ) -> AbstractContextManager[None]:
         """Reply with the refusal that the block raises; for a goal, also publish it under the goal's id."""
 
         def publish(refusal: Refusal) -> None:
-            if asking.topic is topics.GOAL:
-                self._planner.publish_refused(goal, goal_id, refusal, asking.arrival_ns)
+            if query.topic is topics.GOAL:
+                self._planner.publish_refused(goal, goal_id, refusal, query.arrival_ns)
 
-        joints = self._joints if asking.topic is topics.GOAL else ()  # in `learn`, a first index is a sample
-        return refusing(asking, "planner", self._log, goal_id, publish, joints)
+        joints = self._joints if query.topic is topics.GOAL else ()  # in `learn`, a first index is a sample
+        return refusing(query, "planner", self._log, goal_id, publish, joints)
 
-    def _begin(self, asking: PendingQuery, goal: m.Goal) -> None:
+    def _begin(self, query: PendingQuery, goal: m.Goal) -> None:
         """Answer a goal at once, or start planning it in the worker process."""
         if goal.goal_id in self.repeated:  # pending: it gets the same reply later
-            self.repeated[goal.goal_id].append(asking)
+            self.repeated[goal.goal_id].append(query)
             return
         goal_id = topics.legible(goal.goal_id or uuid.uuid4().hex)  # the id itself may be refused
-        going = Going(asking, goal, goal_id, self._planner.goal(goal, goal_id, asking.arrival_ns, asking.reply))
-        if self._go_on(going, lambda: next(going.steps)):
-            with self._refusing(asking, goal, goal_id):
-                self._planning.submit(lambda: self._plan_elsewhere(going))
+        pending = PendingGoal(query, goal, goal_id, self._planner.goal(goal, goal_id, query.arrival_ns, query.reply))
+        if self._go_on(pending, lambda: next(pending.steps)):
+            with self._refusing(query, goal, goal_id):
+                self._planning.submit(lambda: self._plan_elsewhere(pending))
                 self.repeated[goal_id] = []
 
-    def _go_on(self, going: Going, step: Callable[[], Task | None]) -> bool:
+    def _go_on(self, pending: PendingGoal, step: Callable[[], Task | None]) -> bool:
         """Run a goal's next step; return whether another follows, after its `task` is planned."""
-        with self._refusing(going.asking, going.goal, going.goal_id):
+        with self._refusing(pending.query, pending.goal, pending.goal_id):
             try:
-                going.task = step()
+                pending.task = step()
             except StopIteration:
                 pass
             else:
                 return True
-        for repeated in self.repeated.pop(going.goal_id, []):
+        for repeated in self.repeated.pop(pending.goal_id, []):
             self.answer(repeated)
         return False
 
-    def _plan_elsewhere(self, going: Going) -> None:
+    def _plan_elsewhere(self, pending: PendingGoal) -> None:
         """Plan a goal in the worker process; called in the worker's thread."""
         self.plan_worker.start()  # before the start of the motion is chosen
-        step: Callable[[], Task | None] = partial(next, going.steps)
-        while self._planning.in_loop(partial(self._go_on, going, step)):
-            assert going.task is not None
+        step: Callable[[], Task | None] = partial(next, pending.steps)
+        while self._planning.in_loop(partial(self._go_on, pending, step)):
+            assert pending.task is not None
             try:
-                step = partial(going.steps.send, self.plan_worker.plan(going.task))
+                step = partial(pending.steps.send, self.plan_worker.plan(pending.task))
             except Exception as error:
-                step = partial(going.steps.throw, error)
+                step = partial(pending.steps.throw, error)
 
-    def _learn(self, asking: PendingQuery, body: memoryview) -> None:
+    def _learn(self, query: PendingQuery, body: memoryview) -> None:
         """Refuse faults outside the demonstration at once; pass the rest to the learner."""
         head = decode(cast(bytes, body), Head, topics.LEARN.max_bytes)
         if head.name is not None:
             self._library.check_name(head.name, head.replace)
-        self._learner.submit(asking, head, body)
+        self._learner.submit(query, head, body)
 
 
 def is_stepped(bus: Bus) -> bool | None:

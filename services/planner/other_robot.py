@@ -39,7 +39,7 @@ class OtherRobot:
         self._states, self._statuses = bus.collect(topics.STATE, 1), bus.collect(topics.STATUS, 1)
         self._published = bus.collect(topics.PLAN, PLANS)
 
-    def look(self) -> bool:
+    def update(self) -> bool:
         """Process the messages since the last call; return whether a plan is among them."""
         for state in received(self._states, m.State):
             if len(state.positions) == len(self.joints):

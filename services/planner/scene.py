@@ -21,7 +21,7 @@ class Scene:
         for other in self._others:
             other.positions = [config.held[joint] for joint in other.joints]
 
-    def look(self) -> bool:
+    def update(self) -> bool:
         """Process the newest states and plans; return whether another robot has started a motion since the last call.
 
         Joints without a new state keep their positions.
@@ -32,7 +32,7 @@ class Scene:
             self._motions.clearance.surround(tuple(known), list(known.values()))
         began = False
         for other in self._others:
-            began |= other.look()
+            began |= other.update()
             self._motions.clearance.surround(other.joints, other.positions)
         self._motions.others = ()
         if self._time is not None:

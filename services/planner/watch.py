@@ -13,19 +13,19 @@ SILENT_S = topics.STATUS.max_age_s or 0.5
 
 
 class ControllerWatch:
-    """Receives every `status`; `look`, which must be called often, logs changes."""
+    """Receives every `status`; `update`, which must be called often, logs changes."""
 
     def __init__(self, bus: Bus, log: logging.Logger, pass_on: Callable[[m.Status], object]) -> None:
         """`pass_on` is called with each status on arrival, in Zenoh's thread."""
         self._log = log
         self._pass_on = pass_on
         self._newest: m.Status | None = None
-        self._heard_s = 0.0
+        self._received_s = 0.0
         self._there = False
         self._fault: str | None = None
-        bus.listen(topics.STATUS, self._hear)
+        bus.listen(topics.STATUS, self._receive)
 
-    def _hear(self, body: bytes) -> None:
+    def _receive(self, body: bytes) -> None:
         try:
             status = decode(body, m.Status)
         except Refusal:
@@ -33,13 +33,13 @@ class ControllerWatch:
         self._newest = status
         self._pass_on(status)
 
-    def look(self, now_s: float) -> None:
+    def update(self, now_s: float) -> None:
         """Log the changes up to `now_s`, on any monotonic clock."""
         status, self._newest = self._newest, None
         if status is not None:
-            self._heard_s = now_s
+            self._received_s = now_s
             self._note(status.fault)
-        elif self._there and now_s - self._heard_s > SILENT_S:
+        elif self._there and now_s - self._received_s > SILENT_S:
             self._there = False
             self._log.error("the controller fell silent; motions that it has accepted may have ended")
 

@@ -39,7 +39,7 @@ PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lesson:
+class LearnedPrimitive:
     """A primitive, and `warnings` about its recording."""
 
     primitive: Primitive
@@ -77,7 +77,9 @@ def main() -> None:
             connection.send(outcome(role, connection.recv_bytes(), limits, names))
 
 
-def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> "Lesson | SampledPlan | Failure":
+def outcome(
+    role: "Role", body: bytes, limits: Limits, names: Sequence[str]
+) -> "LearnedPrimitive | SampledPlan | Failure":
     """Return a role's result of a request, or the failure."""
     try:
         return role(body, limits, names)
@@ -89,12 +91,12 @@ def outcome(role: "Role", body: bytes, limits: Limits, names: Sequence[str]) -> 
         )
 
 
-def learned(body: bytes, limits: Limits, names: Sequence[str]) -> Lesson:
+def learned(body: bytes, limits: Limits, names: Sequence[str]) -> LearnedPrimitive:
     """Learn from the body of a `learn` request. Raises Refusal."""
     request = decode(body, m.Learn, LEARN.max_bytes)
     demonstration = demonstration_of(request, names)
     primitive = learn_demonstration(demonstration, request.smoothing, spread_of(request, names))
-    return Lesson(primitive, warnings_of(demonstration, primitive, limits, names))
+    return LearnedPrimitive(primitive, warnings_of(demonstration, primitive, limits, names))
 
 
 def planned(body: bytes, _: Limits, __: Sequence[str]) -> SampledPlan:
@@ -106,7 +108,7 @@ def planned(body: bytes, _: Limits, __: Sequence[str]) -> SampledPlan:
         raise refusal_of(error, task.joints) from None
 
 
-Role = Callable[[bytes, Limits, Sequence[str]], Lesson | SampledPlan]
+Role = Callable[[bytes, Limits, Sequence[str]], LearnedPrimitive | SampledPlan]
 ROLES: dict[str, Role] = {"learn": learned, "plan": planned}
 
 

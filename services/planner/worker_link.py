@@ -14,7 +14,7 @@ from typing import Any
 from motion.limits import Limits
 from motion.sampled import SampledPlan
 from protocol.errors import Refusal
-from services.planner.worker import Failure, Lesson, Task
+from services.planner.worker import Failure, LearnedPrimitive, Task
 
 
 class Worker:
@@ -30,7 +30,7 @@ class Worker:
         self.process: subprocess.Popen | None = None
         self.connection: Connection | None = None
 
-    def learn(self, body: bytes | memoryview) -> Lesson:
+    def learn(self, body: bytes | memoryview) -> LearnedPrimitive:
         """Return the lesson learned from the body of a `learn` request; for the role "learn".
 
         Raises:

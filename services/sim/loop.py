@@ -94,7 +94,7 @@ class SimLoop(RobotLoop):
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def _step_later(self, asking: PendingQuery, request: m.Step) -> None:
+    def _step_later(self, query: PendingQuery, request: m.Step) -> None:
         if self.clock != "stepped":
             raise Refusal("wrong_clock", f"sim/step needs the clock stepped; this arm's is {self.clock}")
         if not 1 <= request.ticks <= MAX_STEPS:
@@ -102,7 +102,7 @@ class SimLoop(RobotLoop):
         self.refuse_while_deferring()
         self.target = self._arm.observe().tick + request.ticks
         self.deferred = DeferredReply(
-            asking, self._has_stepped, self._stepped, time.monotonic() + HANG_S, refuse=self._not_stepped
+            query, self._has_stepped, self._stepped, time.monotonic() + HANG_S, refuse=self._not_stepped
         )
 
     def _has_stepped(self) -> bool:
@@ -120,7 +120,7 @@ class SimLoop(RobotLoop):
         sentence = f"the controller did not answer tick {tick} within {HANG_S} s; {left} ticks are left"
         return Refusal("unavailable", sentence, service="controller", tick=tick)
 
-    def _reset(self, asking: PendingQuery, request: m.Reset) -> None:
+    def _reset(self, query: PendingQuery, request: m.Reset) -> None:
         self.refuse_while_deferring()
         self._arm.reset(request.positions, request.ball, request.seed)
         controlled = self.drive.answered_tick >= 0
@@ -128,14 +128,14 @@ class SimLoop(RobotLoop):
         self.publish()
         done = m.ResetDone(tick=0, time=0.0, run=self.drive.run)
         patience = HANG_S if controlled else 0.0
-        self.deferred = DeferredReply(asking, lambda: self.is_answered(0), lambda: done, time.monotonic() + patience)
+        self.deferred = DeferredReply(query, lambda: self.is_answered(0), lambda: done, time.monotonic() + patience)
 
-    def _disturb(self, asking: PendingQuery, request: m.Disturb) -> None:
+    def _disturb(self, query: PendingQuery, request: m.Disturb) -> None:
         begins = self._lose(request) if request.kind == "loss" else self._arm.disturb(request)
-        asking.reply(m.Disturbed(start_time=begins))
+        query.reply(m.Disturbed(start_time=begins))
 
-    def _throw(self, asking: PendingQuery, request: m.Throw) -> None:
-        asking.reply(m.Thrown(time=self._arm.throw(request)))
+    def _throw(self, query: PendingQuery, request: m.Throw) -> None:
+        query.reply(m.Thrown(time=self._arm.throw(request)))
 
     def _lose(self, request: m.Disturb) -> float:
         tick = self._arm.observe().tick + 1

@@ -167,7 +167,7 @@ def _filter(
     return m.SavitzkyGolay(window_s=window, order=5 if order is None else order)
 
 
-class Lesson(NamedTuple):
+class Learnable(NamedTuple):
     """The recording to learn; of several recordings their mean, and their spread (n, J), rad, at even phases."""
 
     recording: Recording
@@ -179,7 +179,7 @@ def learnable(
     description: m.Description | None,
     plot: Path | None,
     smoothing: Literal["auto", "none"] | m.SavitzkyGolay = "auto",
-) -> Lesson:
+) -> Learnable:
     """Return the repaired recording, or the mean of several repaired recordings. `smoothing` is that of the plot.
 
     Raises:
@@ -203,13 +203,13 @@ def learnable(
         )
         picture(preview(raws[0], examinations[0], arm, fit), plot)
     if len(examinations) == 1:
-        return Lesson(examinations[0].recording)
+        return Learnable(examinations[0].recording)
     from tools.recordings.several import combine
 
     together = combine([examination.recording for examination in examinations])
     doubt = together.doubt()
     print_findings((together.sentence(),), [Finding(doubt)] if doubt else ())
-    return Lesson(together.mean, together.weighting())
+    return Learnable(together.mean, together.weighting())
 
 
 def _arm(description: m.Description | None) -> Arm | None:

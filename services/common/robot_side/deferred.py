@@ -14,14 +14,14 @@ class DeferredReply:
     """The reply to a request that takes several ticks.
 
     Attributes:
-        asking: The request.
+        query: The request.
         is_due: Returns whether the request can be answered now.
         reply: Makes the reply.
         deadline: Monotonic time, s, after which the request is answered in any case.
         refuse: Makes the refusal that is sent after the deadline; None: send the reply.
     """
 
-    asking: PendingQuery
+    query: PendingQuery
     is_due: Callable[[], bool]
     reply: Callable[[], Any]
     deadline: float
@@ -33,7 +33,7 @@ class DeferredReply:
         if not due and time.monotonic() <= self.deadline:
             return False
         if not due and self.refuse is not None:
-            self.asking.refuse(self.refuse())
+            self.query.refuse(self.refuse())
         else:
-            self.asking.reply(self.reply())
+            self.query.reply(self.reply())
         return True

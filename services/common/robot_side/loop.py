@@ -125,14 +125,14 @@ class RobotLoop:
 
     def attend(self, wait_s: float = 0.0) -> None:
         """Answer a request, for which this waits up to `wait_s` s, and the deferred request if it is due."""
-        asking = self.requests.take(wait_s)
-        if asking is None:
+        query = self.requests.take(wait_s)
+        if query is None:
             self._stray_puts.warn()
         else:
             try:
-                self.handlers[asking.topic.key](asking, asking.decode())
+                self.handlers[query.topic.key](query, query.decode())
             except Refusal as refusal:
-                asking.refuse(refusal)
+                query.refuse(refusal)
         if self.deferred is not None and self.deferred.settle():
             self.deferred = None
 
@@ -166,25 +166,25 @@ class RobotLoop:
 
     # --- requests -------------------------------------------------------------------------------------
 
-    def _tell_state(self, asking: PendingQuery, _: m.Empty) -> None:
-        asking.reply(self.state_message())
+    def _tell_state(self, query: PendingQuery, _: m.Empty) -> None:
+        query.reply(self.state_message())
 
-    def _describe(self, asking: PendingQuery, _: m.Empty) -> None:
-        asking.reply(description(self.config, self.backend.abilities, self.clock, self.drive.run))
+    def _describe(self, query: PendingQuery, _: m.Empty) -> None:
+        query.reply(description(self.config, self.backend.abilities, self.clock, self.drive.run))
 
-    def _recover(self, asking: PendingQuery, _: m.Empty) -> None:
+    def _recover(self, query: PendingQuery, _: m.Empty) -> None:
         self.refuse_while_deferring()
         self._refuse_while_moving("recover")
         self.backend.recover()
         deadline = time.monotonic() + RECOVERY_S
-        self.deferred = DeferredReply(asking, self._is_ready, self._recovered, deadline)
+        self.deferred = DeferredReply(query, self._is_ready, self._recovered, deadline)
 
-    def _hold(self, asking: PendingQuery, request: m.Hold) -> None:
+    def _hold(self, query: PendingQuery, request: m.Hold) -> None:
         duration = self.backend.hold(request.joints)
         arrival_time = None if duration is None else self.backend.observe().time + duration
-        asking.reply(m.Held(joints=request.joints, arrival_time=arrival_time))
+        query.reply(m.Held(joints=request.joints, arrival_time=arrival_time))
 
-    def _guide(self, asking: PendingQuery, _: m.Empty) -> None:
+    def _guide(self, query: PendingQuery, _: m.Empty) -> None:
         self.refuse_while_deferring()
         modes = self.backend.abilities.modes
         if "teach" not in modes:
@@ -193,7 +193,7 @@ class RobotLoop:
         self._refuse_while_moving("guide it")
         self.backend.guide()
         self._state.put(self.state_message())  # the controller must refuse goals before the client gets the reply
-        asking.reply(m.Guided(condition=self.backend.observe().condition))
+        query.reply(m.Guided(condition=self.backend.observe().condition))
 
     def _refuse_while_moving(self, verb: str) -> None:
         """Refuse while the arm moves, or only turns back: without its setpoint the acceleration would jump.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from motion.braking import stop
-from motion.limits import LED_BACK_FROM
+from motion.limits import RETURN_FROM
 from protocol import messages as m
 from protocol.codec import matrix_bytes
 from protocol.errors import Refusal
@@ -92,7 +92,7 @@ def test_numbers_that_are_not_finite(name: str):
 
 
 def _shift_position(values: Arrays) -> None:
-    values["positions"][:, 0] += ROBOT.limits.positions[0, 1] - values["positions"][0, 0] + LED_BACK_FROM + 0.001
+    values["positions"][:, 0] += ROBOT.limits.positions[0, 1] - values["positions"][0, 0] + RETURN_FROM + 0.001
 
 
 def _raise_velocity(values: Arrays) -> None:
@@ -125,7 +125,7 @@ def test_a_sample_outside_the_limits(quantity: str, spoil: Callable[[Arrays], No
     assert abs(refused.detail["value"]) > abs(refused.detail["bound"])
 
 
-def led_back(outside: float, ticks: int) -> Arrays:
+def returning(outside: float, ticks: int) -> Arrays:
     """Return a thousand ticks that start at rest `outside` rad beyond a limit and are back inside after `ticks`."""
     s, seconds = np.minimum(np.arange(1000) / ticks, 1.0), ticks / 1000
     way = -outside - 0.01
@@ -144,10 +144,10 @@ def led_back(outside: float, ticks: int) -> Arrays:
 
 def test_a_pushed_arm_may_be_led_back():
     """A start up to 0.02 rad outside is accepted if the motion is inside after a fifth of its duration."""
-    check_trajectory(message(led_back(0.99 * LED_BACK_FROM, 150), hit_index=999), ROBOT)
-    too_far = refusal(led_back(1.01 * LED_BACK_FROM, 150), hit_index=999)
+    check_trajectory(message(returning(0.99 * RETURN_FROM, 150), hit_index=999), ROBOT)
+    too_far = refusal(returning(1.01 * RETURN_FROM, 150), hit_index=999)
     assert (too_far.code, too_far.detail["bound"]) == ("limit", ROBOT.limits.positions[0, 1])
-    assert refusal(led_back(0.99 * LED_BACK_FROM, 800), hit_index=999).code == "limit"
+    assert refusal(returning(0.99 * RETURN_FROM, 800), hit_index=999).code == "limit"
 
 
 def test_a_jump_is_one_without_a_limit_on_jerk_too():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motion.braking import stop
-from motion.limits import LED_BACK_FROM
+from motion.limits import RETURN_FROM
 from motion.trajectory import Trajectory
 from protocol import messages as m
 from protocol.codec import matrix_bytes
@@ -242,7 +242,7 @@ def test_no_constant_piece_is_needed():
     assert not np.any([segment.samples.velocities[-1], segment.samples.accelerations[-1]])
 
 
-def led_back(outside: float, seconds: float) -> Trajectory:
+def returning(outside: float, seconds: float) -> Trajectory:
     """The first joint begins at rest `outside` rad beyond its limit, is 0.01 rad inside after `seconds`, and stays."""
     coefficients = np.zeros((2, JOINTS, 6))
     coefficients[:, :, 0] = ROBOT.home
@@ -254,9 +254,9 @@ def led_back(outside: float, seconds: float) -> Trajectory:
 
 def test_a_pushed_arm_may_be_led_back():
     """A start up to 0.02 rad outside is accepted if the motion is inside after a fifth of its duration."""
-    checked(led_back(0.99 * LED_BACK_FROM, 0.15), hit_index=999)
-    assert refusal(led_back(1.01 * LED_BACK_FROM, 0.15), hit_index=999).code == "limit"
-    assert refusal(led_back(0.99 * LED_BACK_FROM, 0.8), hit_index=999).code == "limit"
+    checked(returning(0.99 * RETURN_FROM, 0.15), hit_index=999)
+    assert refusal(returning(1.01 * RETURN_FROM, 0.15), hit_index=999).code == "limit"
+    assert refusal(returning(0.99 * RETURN_FROM, 0.8), hit_index=999).code == "limit"
 
 
 def test_coefficients_whose_values_overflow_are_refused():

@@ -68,13 +68,13 @@ class Controller:
 
     def _serve(self) -> None:
         while not self.stopping.is_set():
-            asking = self._inbox.take(0.02)
-            if asking is None:
+            query = self._inbox.take(0.02)
+            if query is None:
                 continue
             try:
-                asking.reply(self._answer(asking.decode()))
+                query.reply(self._answer(query.decode()))
             except Refusal as refusal:
-                asking.refuse(refusal)
+                query.refuse(refusal)
 
     def _answer(self, asked: m.Message) -> m.Message:
         epoch = len(self.executed)

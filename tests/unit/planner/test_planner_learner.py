@@ -14,7 +14,7 @@ from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from services.planner.learner import Head, Learner
 from services.planner.library import Arm, Library, Written
-from services.planner.worker import Lesson, learned
+from services.planner.worker import LearnedPrimitive, learned
 from services.planner.worker_thread import LoopCall
 from tests.unit.planner.test_planner_worker import LIMITS, NAMES, body
 from tools.drill.harness.waiting import eventually
@@ -49,7 +49,7 @@ class HeldWorker:
         self.may = threading.Semaphore(0)
         self.asked: list[bytes] = []
 
-    def learn(self, asked: bytes) -> Lesson:
+    def learn(self, asked: bytes) -> LearnedPrimitive:
         """Wait for permission, then learn."""
         self.asked.append(asked)
         self.may.acquire()

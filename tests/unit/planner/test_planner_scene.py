@@ -43,13 +43,13 @@ def test_held_joints_are_placed_by_states(bus: Bus, tmp_path: Path):
 
     def seen(value: float, message: m.State) -> bool:
         states.put(message)
-        scene.look()
+        scene.update()
         return grip.qpos[0] == value
 
     assert grip.qpos[0] == 0.0
     opened = state(1, {"grip": 0.4, "shoulder": 0.1})
     assert eventually(lambda: seen(0.4, opened)), "the state's other joints are ignored"
-    scene.look()
+    scene.update()
     assert grip.qpos[0] == 0.4, "it stays without a further state"
     clearance.place(config.home)
     finger = clearance.data.body("finger").xpos
@@ -123,12 +123,12 @@ def test_another_robots_plan_is_converted_to_this_robots_clock(bus: Bus):
     right.publisher(topics.STATUS).put(status(4.29))
     right.publisher(topics.PLAN).put(replace(FIRST, positions=b""))  # malformed
     right.publisher(topics.PLAN).put(FIRST)
-    assert eventually(lambda: scene.look() and bool(motions.others))
+    assert eventually(lambda: scene.update() and bool(motions.others))
     (other,) = motions.others
     assert other.until == pytest.approx(12.7)
     assert other.sample(np.array([12.0, 12.2, 20.0]))[0, :, 0] == pytest.approx([0.15, 0.25, 0.5])
-    assert not scene.look(), "nothing new"
+    assert not scene.update(), "nothing new"
     assert motions.others, "the plan is still in force"
     right.publisher(topics.STATUS).put(status(4.3, "stopping"))
-    assert eventually(lambda: not (scene.look() or motions.others))
+    assert eventually(lambda: not (scene.update() or motions.others))
     assert motions.clearance.data.joint("right/joint_1").qpos[0] == 0.25

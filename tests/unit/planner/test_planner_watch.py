@@ -32,18 +32,18 @@ def test_every_change_of_the_controllers_state_is_logged_once(caplog: pytest.Log
     caplog.set_level(logging.INFO)
     bus, received = FakeBus(), list[m.Status]()
     watch = ControllerWatch(bus, logging.getLogger("planner"), received.append)  # type: ignore[arg-type]
-    watch.look(0.0)
-    watch.look(9.0)
+    watch.update(0.0)
+    watch.update(9.0)
     assert caplog.messages == []
     for k, fault in enumerate([None, None, "hot", "hot", None]):
         bus.publish(status(fault))
-        watch.look(10.0 + k / 10)
-    watch.look(10.8)
+        watch.update(10.0 + k / 10)
+    watch.update(10.8)
     assert "fell silent" not in caplog.text
-    watch.look(11.0)
-    watch.look(12.0)
+    watch.update(11.0)
+    watch.update(12.0)
     bus.publish(status(None))
-    watch.look(13.0)
+    watch.update(13.0)
     words = ["is there", "in fault: hot", "left its fault", "fell silent", "is there"]
     assert len(caplog.messages) == len(words)
     assert all(word in line for word, line in zip(words, caplog.messages, strict=True))
@@ -57,10 +57,10 @@ def test_malformed_statuses_do_not_count(caplog: pytest.LogCaptureFixture):
     watch = ControllerWatch(bus, logging.getLogger("planner"), received.append)  # type: ignore[arg-type]
     bus.publish(status("hot"))
     bus.publish(b"\xc1")
-    watch.look(10.0)
+    watch.update(10.0)
     assert "in fault: hot" in caplog.text
     assert len(received) == 1
     for k in range(1, 10):
         bus.publish(b"\xc1")
-        watch.look(10.0 + k / 10)
+        watch.update(10.0 + k / 10)
     assert "fell silent" in caplog.text

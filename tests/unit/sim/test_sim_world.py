@@ -164,8 +164,8 @@ def until(loops: list[SimLoop], done: Callable[[], bool]) -> threading.Event:
 def test_a_step_request_to_one_arm_steps_both(answering: int):
     loops = loops_of("stepped", answering)
     answers: list[m.Stepped] = []
-    asking = SimpleNamespace(reply=answers.append)
-    loops[0].handlers[topics.SIM_STEP.key](asking, m.Step(ticks=5))  # type: ignore[arg-type]
+    query = SimpleNamespace(reply=answers.append)
+    loops[0].handlers[topics.SIM_STEP.key](query, m.Step(ticks=5))  # type: ignore[arg-type]
     run_stepped(loops, until(loops, lambda: bool(answers)))
     assert [answer.tick for answer in answers] == [5]
     assert [loop.backend.observe().tick for loop in loops] == [5, 5]

@@ -9,7 +9,7 @@ from robot.schema import Tolerance
 
 
 @dataclass(frozen=True, slots=True)
-class Judge:
+class HitTolerance:
     """The largest allowed errors at a goal's hit, and the arm."""
 
     tolerance: Tolerance
@@ -29,11 +29,11 @@ class Judge:
         return ""
 
 
-def judge_of(trajectory: m.Trajectory, config: RobotConfig) -> Judge:
-    """Return the judge of a goal, with the goal's tolerance or by default the robot's."""
+def tolerance_of(trajectory: m.Trajectory, config: RobotConfig) -> HitTolerance:
+    """Return the tolerance of a trajectory, by default the robot's."""
     own, asked = config.tolerance, trajectory.tolerance
     if not isinstance(asked, m.Tolerance):
-        return Judge(own, config)
+        return HitTolerance(own, config)
     positions = own.positions if asked.positions is None else asked.positions
     velocities = own.velocities if asked.velocities is None else asked.velocities
-    return Judge(Tolerance(positions, velocities), config)
+    return HitTolerance(Tolerance(positions, velocities), config)
