@@ -1,5 +1,8 @@
 """`volley teach`: learn a movement from the guided arm, or from part of a trace."""
 
+import os
+import stat
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +61,8 @@ def teach(
         )
     if seconds is not None and not 0 < seconds < np.inf:
         raise UsageError(f"--seconds is {seconds:g}; it must be a number greater than 0")
+    if trace is None and seconds is None and not drag and _stdin_is_empty():
+        raise UsageError("nobody can press Enter, because standard input is empty; give --seconds DURATION")
     if begin is not None and end is not None and not begin < end:
         raise UsageError(f"--begin {begin:g} is not before --end {end:g}")
     check_plot(plot, [trace] if trace else ())
@@ -83,6 +88,19 @@ def teach(
             return 0
         back = link.follow(link.arm.goal(name, positions=learned.start.positions))
         return back or link.follow(link.arm.goal(name))
+
+
+def _stdin_is_empty() -> bool:
+    """Return whether standard input is closed or a device without lines, as in a program that has no terminal.
+
+    A pipe is not empty: its lines, or its end, end the recording.
+    """
+    if sys.stdin is None or sys.stdin.closed:
+        return True
+    try:
+        return stat.S_ISCHR(os.fstat(sys.stdin.fileno()).st_mode) and not sys.stdin.isatty()
+    except OSError:
+        return False  # a test, or a program, has replaced it
 
 
 def _check_name(link: Shell, name: str, replace: bool) -> None:

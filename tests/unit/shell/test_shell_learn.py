@@ -1,5 +1,7 @@
 """`volley learn`: the request that it sends for recordings, its flags and its plot; `teach` beside it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -103,3 +105,12 @@ def test_teach_refuses_a_name_in_use_before_guiding_the_arm(robot, capsys):
     assert volley(robot, "teach", "forehand", "--seconds", "1") == 1
     assert "there is a primitive 'forehand'; take another name, or overwrite it" in capsys.readouterr().err
     assert [key for key, _ in robot.asked] == ["primitives"]
+
+
+def test_teach_without_anybody_who_can_press_enter_names_the_flag(robot, capsys, monkeypatch):
+    """A program without a terminal has an empty standard input, which would end the recording at once."""
+    with Path("/dev/null").open(encoding="utf-8") as nothing:
+        monkeypatch.setattr("sys.stdin", nothing)
+        assert volley(robot, "teach", "wave") == 2
+    assert "nobody can press Enter, because standard input is empty; give --seconds" in capsys.readouterr().err
+    assert robot.asked == []
