@@ -93,7 +93,8 @@ MEANINGS = {
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
     "superseded": "planned before another motion was accepted, cancelled or reset; of `revises`: its motion was "
     "replaced or stopped",
-    "busy": "a motion is under way and the goal may not preempt it, or the queue of requests is full",
+    "busy": "a motion is under way and the goal may not preempt it; the queue of requests is full; or motions of ten "
+    "minutes wait",
     "not_holder": "a motion of another client, with a lease, is under way",
     "unavailable": "the service that is needed does not answer, or has an internal error, such as a full disk; the "
     "detail of a goal also has its `goal_id`, because the motion may have started",

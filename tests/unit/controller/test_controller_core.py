@@ -83,6 +83,20 @@ def test_trajectories_that_must_not_move_the_arm_are_refused(arm: PerfectArm):
     assert refused(arm, trajectory(controller, 30, "polite", preempt=False)).code == "busy"
 
 
+def test_motions_that_wait_are_bounded(arm: PerfectArm, monkeypatch: pytest.MonkeyPatch):
+    """A client that never stops sending does not take all memory; once motions were played, others are accepted."""
+    controller = arm.controller
+    first = trajectory(controller, 30)
+    monkeypatch.setattr("services.controller.core.MOST_SAMPLES", 2 * first.count + 1)
+    execute(arm, first)
+    execute(arm, trajectory(controller, 1030, "second"))
+    refusal = refused(arm, trajectory(controller, 2030, "third"))
+    assert (refusal.code, refusal.detail["goal_id"]) == ("busy", "second")
+    execute(arm, trajectory(controller, 1020, "instead"))
+    arm.turn(1100)
+    execute(arm, trajectory(controller, 2030, "third"))
+
+
 def test_a_cancel_that_names_a_goal_in_flight_supersedes_its_plan(arm: PerfectArm):
     """The goal is still unknown; when its plan arrives it must not move the arm."""
     flying = trajectory(arm.controller, 30)
