@@ -17,11 +17,15 @@ from tools.drill.harness.lab import Lab
 from tools.drill.harness.mutations import pack
 from tools.drill.harness.raw import AT_HOME, UNMOVED, answer, check_unmoved, publish
 from tools.drill.harness.valid_bodies import Body, renewed, valid_requests
-from tools.drill.harness.waiting import wait_for
+from tools.drill.harness.waiting import eventually
 from tools.drill.scenario import Measured, Scenario, at_least, exactly, none
 
 NOISE = "noise"
 NAN_BYTES = struct.pack("<d", math.nan)
+BATCH = topics.QUEUE_LENGTH // 2
+"""Number of publications that are sent at once: of a longer burst a stream keeps the newest."""
+OLD_TICKS = 25
+"""Age of an old command or state; a command that is not older than the silence timeout, 20 ticks, would be accepted."""
 LOST_TICKS = 100
 """Number of ticks without states, more than the arm's silence timeout."""
 
@@ -82,7 +86,7 @@ def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
     if isinstance(message, m.Command):
         good["source"] = NOISE
     vectors = [name for name in ("positions", "velocities", "accelerations") if name in good]
-    changes: list[dict[str, Any]] = [{"version": 2}, {"tick": max(0, message.tick - 5)}, {"tick": 1e300}]
+    changes: list[dict[str, Any]] = [{"version": 2}, {"tick": max(0, message.tick - OLD_TICKS)}, {"tick": 1e300}]
     for name in vectors:
         changes += [{name: [wrong] * joints} for wrong in (math.nan, math.inf)] + [{name: [0.0] * (joints - 1)}]
     if isinstance(message, m.State):
@@ -91,14 +95,22 @@ def bad_publications(message: m.State | m.Command, joints: int) -> list[bytes]:
     return [*packed, b"", b"{", b"\xc1" * 100, packed[-1] + b"\x00"]
 
 
+def batches(bodies: list[bytes]) -> Iterator[list[bytes]]:
+    """Yield the bodies in groups of at most `BATCH`."""
+    for begin in range(0, len(bodies), BATCH):
+        yield bodies[begin : begin + BATCH]
+
+
 def bad_states(lab: Lab) -> Measured:
     """Send invalid states to the controller; check that it counts them and holds the arm."""
     cell = lab.shared_cell()
     cell.step(50)
-    before = cell.status()
-    sent = publish(cell, topics.STATE, bad_publications(cell.state(), len(cell.home)))
-    wait_for(lambda: cell.status().cycle.refused - before.cycle.refused >= sent, "the controller's count", 5.0)
-    counted = cell.status().cycle.refused - before.cycle.refused
+    before = cell.status().cycle.refused
+    sent = 0
+    for batch in batches(bad_publications(cell.state(), len(cell.home))):
+        sent += publish(cell, topics.STATE, batch)
+        eventually(lambda due=before + sent: cell.status().cycle.refused >= due)
+    counted = cell.status().cycle.refused - before
     cell.step(20)
     moving = sum(command.positions != cell.home or any(command.velocities) for command in cell.commands())
     far = float(np.abs(np.subtract(cell.state().positions, cell.home)).max())
@@ -128,9 +140,10 @@ def bad_commands(lab: Lab) -> Measured:
         far = msgspec.structs.replace(good, tick=tick + 1000)
         huge = msgspec.structs.replace(due, accelerations=[1e9] * len(cell.home))
         bad = [*bad_publications(due, len(cell.home)), encode(far), encode(huge)]
-        sent += publish(cell, topics.COMMAND, bad)
-        for _ in bad:
-            cell.state()  # between two requests the waiting sim reads one command
+        for batch in batches(bad):
+            sent += publish(cell, topics.COMMAND, batch)
+            for _ in batch:
+                cell.state()  # between two requests the waiting sim reads one command
         cell.step(1)
         state = cell.state()
         if state.brake:
