@@ -24,9 +24,6 @@ from services.controller.timeline import Timeline
 AT_REST = 0.05
 """Measured speed (rad/s) below which the arm counts as at rest."""
 
-MOST_SAMPLES = 600_000
-"""Limit on the samples of accepted motions, ten minutes at 1 kHz: about 100 MB for six joints."""
-
 RESETTABLE: tuple[m.Condition, ...] = "ready", "braking"
 RECOVER = "send `recover` to the arm first"
 """Conditions in which `reset` leaves a fault, and the cure in all others."""
@@ -125,11 +122,7 @@ class Controller:
             late = (self._soonest - segment.start) * self.config.tick
             sentence = f"goal {goal_id} starts at {trajectory.start_time} s, {late:.3f} s too late; use a longer lead"
             raise Refusal("late", sentence, goal_id=goal_id)
-        waiting = self._timeline.samples_before(segment.start)
-        if self.ledger.active and waiting + len(segment.samples) > MOST_SAMPLES:
-            seconds = waiting * self.config.tick
-            sentence = f"motions of {seconds:.0f} s wait already; send this one once some of them were played"
-            raise Refusal("busy", sentence, goal_id=self.ledger.active[-1].result.goal_id)
+        self.ledger.check_room(segment, self.config)
         check_continuity(self._timeline.at(segment.start), segment, self.config)
         self._timeline.splice(segment)
         self._switch(Event.ACCEPT)

@@ -15,8 +15,11 @@ from robot.description import RobotConfig
 from robot.surroundings import BALL
 from services.controller.checks import Checked
 from services.controller.hit_tolerance import HitTolerance, tolerance_of
+from services.controller.timeline import Segment
 
 KEPT = 1000
+MOST_SAMPLES = 600_000
+"""Limit on the samples of accepted motions, ten minutes at 1 kHz: about 100 MB for six joints."""
 
 
 @dataclass(slots=True)
@@ -112,6 +115,18 @@ class Ledger:
         if self.active and not trajectory.preempt:
             running = self.active[-1].result.goal_id
             raise Refusal("busy", f"goal {running} is under way and preempt is false; wait for it", goal_id=running)
+
+    def check_room(self, segment: Segment, config: RobotConfig) -> None:
+        """Check that the goals that begin before `segment` leave room for its samples.
+
+        Raises:
+            Refusal: `busy`.
+        """
+        waiting = sum(goal.end - goal.start + 1 for goal in self.active if goal.start < segment.start)
+        if waiting and waiting + len(segment.samples) > MOST_SAMPLES:
+            seconds = waiting * config.tick
+            sentence = f"motions of {seconds:.0f} s wait already; send this one once some of them were played"
+            raise Refusal("busy", sentence, goal_id=self.active[-1].result.goal_id)
 
     def open(self, goal: ActiveGoal) -> None:
         """Add `goal`, which replaces all earlier goals from its start on; later ones end now."""

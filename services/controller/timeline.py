@@ -60,10 +60,6 @@ class Timeline:
         """Let `segment` replace everything from its start on."""
         self._segments = [kept for kept in self._segments if kept.start < segment.start] + [segment]
 
-    def samples_before(self, tick: int) -> int:
-        """Return the number of samples of the segments that a segment from `tick` on would leave."""
-        return sum(len(kept.samples) for kept in self._segments if kept.start < tick)
-
     def at(self, tick: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return position, velocity and acceleration (J,) at `tick`, as views; do not modify them."""
         segment = self._segments[0]

@@ -81,18 +81,18 @@ class Learner:
             request.query.reply(self._learn(request))
 
     def _learn(self, request: _Request) -> m.Learned:
-        lesson, name = self._worker.learn(request.body), request.head.name
+        learned, name = self._worker.learn(request.body), request.head.name
         assert name is not None
-        prepare(lesson.primitive)
-        written = self._library.write(name, lesson.primitive)
+        prepare(learned.primitive)
+        written = self._library.write(name, learned.primitive)
         try:
             self._worker_thread.in_loop(lambda: self._keep(written, request.head.replace))
         except Refusal:
             written.temporary.unlink(missing_ok=True)
             raise
         self._library.sync()
-        shape = name, lesson.primitive.duration, lesson.primitive.joint_count, lesson.primitive.basis_count
+        shape = name, learned.primitive.duration, learned.primitive.joint_count, learned.primitive.basis_count
         self._log.info("learned %s: %.3f s, %d joints, %d functions each", *shape)
-        for sentence in lesson.warnings:
+        for sentence in learned.warnings:
             self._log.warning("%s: %s", name, sentence)
-        return learned_message(name, lesson.primitive, lesson.warnings)
+        return learned_message(name, learned.primitive, learned.warnings)

@@ -31,7 +31,7 @@ class Worker:
         self.connection: Connection | None = None
 
     def learn(self, body: bytes | memoryview) -> LearnedPrimitive:
-        """Return the lesson learned from the body of a `learn` request; for the role "learn".
+        """Return what is learned from the body of a `learn` request; for the role "learn".
 
         Raises:
             Refusal: the request is invalid; `unavailable` if the process died.

@@ -152,14 +152,20 @@ print(nice[0], open("/proc/self/autogroup").read().split()[-1])
 """
 
 
+def niceness(program: str, privileged: bool = True) -> tuple[int, int]:
+    """Return the niceness of a thread and of the session of such a program, in a session of its own."""
+    without = [] if privileged or os.geteuid() else ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"]
+    line = [*without, sys.executable, "-c", program]
+    done = subprocess.run(line, capture_output=True, text=True, check=True, start_new_session=True)
+    thread, session = map(int, done.stdout.split())
+    return thread, session
+
+
 def test_a_prompt_service_has_the_priority_of_its_session():
     """Threads and the session get its priority; without the right to it, the process is nice and its session is not."""
     if not Path("/proc/self/autogroup").exists():
         pytest.skip("this kernel shares cores without sessions")
-    done = subprocess.run(
-        [sys.executable, "-c", PROMPT], capture_output=True, text=True, check=True, start_new_session=True
-    )
-    thread, session = map(int, done.stdout.split())
+    thread, session = niceness(PROMPT)
     unable = os.getpriority(os.PRIO_PROCESS, 0) + realtime.POLITE_NICE
     assert (thread, session) in ((realtime.PROMPT_NICE, realtime.PROMPT_NICE), (unable, 0))
 
@@ -168,11 +174,7 @@ def test_a_prompt_service_without_privileges_keeps_its_share():
     """A nice session would get a quarter of another busy program's share, and rallies would fail."""
     if not Path("/proc/self/autogroup").exists() or shutil.which("setpriv") is None:
         pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
-    without = ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"] if os.geteuid() == 0 else []
-    done = subprocess.run(
-        [*without, sys.executable, "-c", PROMPT], capture_output=True, text=True, check=True, start_new_session=True
-    )
-    assert done.stdout.split()[1] == "0"
+    assert niceness(PROMPT, privileged=False)[1] == 0
 
 
 STEADY = PROMPT.replace("become_prompt", "become_steady")
@@ -185,13 +187,9 @@ def test_a_simulation_leaves_a_share_of_its_core(granted: bool):
         pytest.skip("this kernel shares cores without sessions, or setpriv is missing")
     if granted and not realtime.may_be_real_time():
         pytest.skip("needs the right to a negative niceness")
-    without = [] if granted or os.geteuid() else ["setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice"]
-    done = subprocess.run(
-        [*without, sys.executable, "-c", STEADY], capture_output=True, text=True, check=True, start_new_session=True
-    )
     own = os.getpriority(os.PRIO_PROCESS, 0)
     expected = (realtime.STEADY_NICE, realtime.STEADY_NICE) if granted else (own, 0)
-    assert tuple(map(int, done.stdout.split())) == expected
+    assert niceness(STEADY, privileged=granted) == expected
 
 
 @pytest.mark.skipif(not realtime.may_be_real_time(), reason="needs the right to SCHED_FIFO")

@@ -87,7 +87,7 @@ def test_motions_that_wait_are_bounded(arm: PerfectArm, monkeypatch: pytest.Monk
     """A client that never stops sending does not take all memory; once motions were played, others are accepted."""
     controller = arm.controller
     first = trajectory(controller, 30)
-    monkeypatch.setattr("services.controller.core.MOST_SAMPLES", 2 * first.count + 1)
+    monkeypatch.setattr("services.controller.ledger.MOST_SAMPLES", 2 * first.count + 1)
     execute(arm, first)
     execute(arm, trajectory(controller, 1030, "second"))
     refusal = refused(arm, trajectory(controller, 2030, "third"))

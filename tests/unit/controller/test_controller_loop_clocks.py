@@ -14,6 +14,22 @@ from tests.unit.controller.stand_ins import CONFIG, state, staying
 from tools.drill.harness.waiting import PATIENCE_S, eventually
 
 
+@pytest.fixture
+def in_motion(
+    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
+) -> Callable[[m.Clock], RunningLoop]:
+    """Return a function that starts a loop with a motion, whose end would wait for long."""
+    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
+
+    def start(arm_clock: m.Clock) -> RunningLoop:
+        running = start_loop(arm_clock, clock=time.perf_counter_ns)
+        running.turn(state(0))
+        running.ask(topics.EXECUTE, staying(5, 1))
+        return running
+
+    return start
+
+
 @pytest.mark.parametrize("arm_clock", ["stepped", "paced"])
 def test_outside_of_real_time_each_state_is_answered(start_loop: Callable[..., RunningLoop], arm_clock: m.Clock):
     """The loop answers one state a turn with a blocking publisher, because the arm waits for the answer."""
@@ -66,12 +82,9 @@ def test_with_other_clocks_a_lost_token_is_no_fault(start_loop: Callable[..., Ru
 
 
 def test_in_real_time_a_controller_that_ends_gives_up_after_a_silence(
-    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
+    in_motion: Callable[[m.Clock], RunningLoop],
 ):
-    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
-    running = start_loop("realtime", clock=time.perf_counter_ns)
-    running.turn(state(0))
-    running.ask(topics.EXECUTE, staying(5, 1))
+    running = in_motion("realtime")
     began = time.monotonic()
     running.loop.close()
     assert time.monotonic() - began < PATIENCE_S
@@ -79,13 +92,10 @@ def test_in_real_time_a_controller_that_ends_gives_up_after_a_silence(
 
 
 def test_in_paced_time_a_controller_that_ends_waits_for_the_arm(
-    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
+    in_motion: Callable[[m.Clock], RunningLoop],
 ):
     """It answers a state that arrives after a silence, and ends once the arm is gone."""
-    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
-    running = start_loop("paced", clock=time.perf_counter_ns)
-    running.turn(state(0))
-    running.ask(topics.EXECUTE, staying(5, 1))
+    running = in_motion("paced")
 
     def arrive_late() -> None:
         time.sleep(0.5)
@@ -101,12 +111,9 @@ def test_in_paced_time_a_controller_that_ends_waits_for_the_arm(
 
 
 def test_in_paced_time_a_controller_that_ends_does_not_wait_for_an_absent_arm(
-    start_loop: Callable[..., RunningLoop], monkeypatch: pytest.MonkeyPatch
+    in_motion: Callable[[m.Clock], RunningLoop],
 ):
-    monkeypatch.setattr("services.controller.loop.FAREWELL_S", 2 * PATIENCE_S)
-    running = start_loop("paced", clock=time.perf_counter_ns)
-    running.turn(state(0))
-    running.ask(topics.EXECUTE, staying(5, 1))
+    running = in_motion("paced")
     running.bus.see_arm(alive=False)
     began = time.monotonic()
     running.loop.close()

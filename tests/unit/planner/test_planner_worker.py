@@ -41,7 +41,7 @@ def body(name: str = "wave", positions: np.ndarray = PATH, **more: Any) -> bytes
 # --- functions of the worker process ---------------------------------------------------------------------
 
 
-def test_a_lesson_has_warnings_about_the_demonstration():
+def test_what_is_learned_has_warnings_about_the_demonstration():
     lesson = learned(body(positions=PATH + np.array([0.0, 1.2])), LIMITS, NAMES)
     assert lesson.primitive.joint_count == 2
     assert any(sentence.startswith("b reaches 1.3 rad, outside its range") for sentence in lesson.warnings)
@@ -123,7 +123,7 @@ def kill_at_next_request(worker: Worker) -> None:
     threading.Thread(target=kill).start()
 
 
-def test_a_lesson_of_a_process_that_dies_is_unavailable(worker: Worker):
+def test_learning_in_a_process_that_dies_is_unavailable(worker: Worker):
     """The next request is served by another process."""
     worker.learn(body())
     kill_at_next_request(worker)
