@@ -68,7 +68,7 @@ class Link:
         """End the streams and leave the bus."""
         for end in list(self._streams):
             end()
-        self.bus.session.close()
+        self.bus.close()
 
     async def ask(self, topic: Query[RequestT, ReplyT], request: RequestT) -> ReplyT:
         """Send `request` and return the reply.
@@ -77,7 +77,7 @@ class Link:
             Refusal: the owner refused.
             NoAnswer: the owner does not exist or does not reply.
         """
-        if self.bus.session.is_closed():
+        if self.bus.closed:
             raise NoAnswer(topic.owner, self.bus.key(topic.key), CLOSED)
         box: Mailbox[zenoh.Reply | None] = self.mailbox(2)
         self.bus.send_to(topic, request, box.put, self.timeout)
@@ -106,7 +106,7 @@ class Link:
 
     async def _reason(self, topic: Query) -> str:
         """Return a sentence with the likely cause of a request that ended before its timeout, without a reply."""
-        if self.bus.session.is_closed():
+        if self.bus.closed:
             return CLOSED
         alive = await self.alive()
         services = sorted(service for robot, service in alive if robot == self.bus.robot)
@@ -121,7 +121,8 @@ class Link:
     async def alive(self) -> set[tuple[str, str]]:
         """Return (robot, service) for every ready service on the bus; empty if the router does not reply."""
         box: Mailbox[zenoh.Reply | None] = self.mailbox(256)
-        handler = zenoh.handlers.Callback(box.put, drop=lambda: box.put(None), indirect=False)
+        # In a thread of its own: Zenoh holds a lock of the session while it calls and drops a handler of this query.
+        handler = zenoh.handlers.Callback(box.put, drop=lambda: box.put(None), indirect=True)
         self.bus.session.liveliness().get("volley/*/alive/*", handler, timeout=ALIVE_S)
         found = set()
         while (reply := await box.take()) is not None:

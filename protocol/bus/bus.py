@@ -80,11 +80,16 @@ class Publisher(Generic[MessageT]):
 
 
 class Bus:
-    """The keys of one robot on one session."""
+    """The keys of one robot on one session.
+
+    closed: whether the session was closed. Zenoh's own `is_closed` waits for a lock and keeps Python's interpreter
+    lock meanwhile, so it can wait for ever.
+    """
 
     def __init__(self, session: zenoh.Session, robot: str = "arm") -> None:
         self.session = session
         self.robot = robot
+        self.closed = False
         self._kept: list[object] = []
         self._puts: dict[str, Collector] = {}
         self._keep(guard_links(session, CLIENT.lease_ms))
@@ -93,6 +98,11 @@ class Bus:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the session, and with it everything that was declared."""
+        self.closed = True
         self.session.close()
 
     def key(self, name: str) -> str:
@@ -211,7 +221,7 @@ class Bus:
     def withdraw(self, declared: zenoh.LivelinessToken | zenoh.Subscriber) -> None:
         """Undeclare a token that was announced, or a subscriber, unless the session is closed."""
         self._kept.remove(declared)
-        if not self.session.is_closed():
+        if not self.closed:
             declared.undeclare()
 
     def claim(self, service: str, timeout: float = CLAIM_TIMEOUT_S) -> bool:

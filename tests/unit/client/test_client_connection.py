@@ -85,3 +85,29 @@ def test_the_client_imports_only_the_protocol():
     others = {"motion", "robot", "services", "tools", "mujoco", "rerun", "scipy", "piqp", "tyro", "rich"}
     late = {"numpy", "asyncio"}  # imported only where they are needed, so that a command starts quickly
     assert not (others | late) & set(loaded)
+
+
+SLOW_END_OF_REPLIES = """
+import sys, time
+from client import connect
+from client.mailboxes import BlockingMailbox
+
+put = BlockingMailbox.put
+
+def put_and_wait(self, item):
+    put(self, item)
+    if item is None:
+        time.sleep(0.3)
+
+BlockingMailbox.put = put_and_wait
+with connect(sys.argv[1]) as arm:
+    arm.robots()
+    assert arm.status().mode == "tracking"
+"""
+
+
+def test_a_request_after_a_search_for_robots_never_waits_for_zenohs_lock(robot):
+    """Zenoh ends a liveliness query under a lock for which `is_closed` waits with the interpreter's lock held."""
+    command = [sys.executable, "-c", SLOW_END_OF_REPLIES, robot.endpoint]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -85,7 +85,7 @@ def test_an_exposed_service_is_refused_with_the_reason():
 
 def test_insecure_allows_an_exposed_service():
     options = Options(listen=("tcp/0.0.0.0:0",), insecure=True)
-    open_bus(options, "arm").session.close()
+    open_bus(options, "arm").close()
     assert all("--insecure" in line for line in command_lines(options, {}).values())
     assert not any("--insecure" in line for line in command_lines(Options(), {}).values())
 
