@@ -46,7 +46,7 @@ def running_cell(
     Args:
         options: Options of all services: robot, endpoints, form of the log.
         flags: Values of the services' own flags by name.
-        names: The services to start; by default all of the process table.
+        names: The services to start; by default those of the process table that are not optional.
         logs: Directory for the services' logs; by default they go to stderr, or nowhere if `quiet`.
         quiet: Do not log to stderr.
         wrap: Returns, for a service's name and command line, the command line to start instead.
