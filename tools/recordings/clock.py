@@ -16,7 +16,10 @@ UNITS = {
 }  # fmt: skip
 SPOKEN = {1.0: "s", 1e-3: "ms", 1e-6: "µs", 1e-9: "ns"}
 
-TIMES = "time", "timestamp", "timestamps", "times", "stamp", "t", "elapsed", "clock", "zeit", "tv"
+TIMES = (
+    "time", "timestamp", "timestamps", "times", "stamp", "ts", "datetime", "t", "elapsed", "clock", "when",
+    "zeit", "zeitstempel", "tv",
+)  # fmt: skip
 """Words that name a column of times, the likeliest first."""
 
 LONGEST_STEP = 0.5

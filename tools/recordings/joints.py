@@ -226,10 +226,16 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
     free = [column for index, column in enumerate(columns) if index not in found.values()]
     if not found and names.are_poses(columns):
         return f"it {names.ONLY_POSES.format(listed(columns, NAMED))}"
-    if not free:
+    if len(columns) < len(joints):
         return (
-            f"its joints are another robot's: it has no column for {listed(missing, NAMED)}, and all its columns, "
-            f"{listed(columns, NAMED)}, are other joints; {OTHER_ROBOT}"
+            f"it has no column for {listed(missing, NAMED)}: it has {len(columns)} columns, {listed(columns, NAMED)}, "
+            f"and the robot has {len(joints)} joints; record all of them, or {OTHER_ROBOT}"
+        )
+    stem = free[0].rstrip(DIGITS)
+    if free[0] == f"{stem}0" and any(columns[index].startswith(stem) for index in found.values()):
+        return (
+            f"it has no column for {listed(missing, NAMED)}, for its columns count from 0 and the joints from 1; name "
+            f"each, --map {free[0]}={joints[0]} …"
         )
     return (
         f"it has no column for {listed(missing, NAMED)}; its {'other ' if found else ''}columns are "

@@ -112,7 +112,7 @@ def test_pickles_are_refused_without_running_their_code(tmp_path: Path, monkeypa
             LINES.replace("0.1,", "0.1,7,", 1),
             "line 12 has 4 columns where the first line has 3; correct the line or delete it",
         ),
-        (LINES.replace("t,", "count,"), "no column of times, such as time or t_ms; give --rate"),
+        (LINES.replace("t,", "count,"), "no column of times among count, joint_1, joint_2; name it time or t_ms, or"),
         (LINES.replace("joint", "finger"), "no column for joint_1, joint_2; its columns are t, finger_1"),
         ("t,joint_1,joint_2\n", "no line of numbers"),
         ("just a note about the run\n", "no line of numbers"),
@@ -184,6 +184,12 @@ def test_tool_poses_are_refused_with_a_pointer_to_the_example(tmp_path: Path):
         store = get_typestore(Stores.ROS2_HUMBLE)
         bag.add_connection("/tool", "geometry_msgs/msg/PoseStamped", typestore=store)
     assert remedy in refusal(tmp_path / "bag")
+
+
+def test_joints_of_robomimic_are_not_taken_for_a_gripper(tmp_path: Path):
+    writers.write_robomimic(tmp_path / "demo.hdf5")
+    sentence = refusal(tmp_path / "demo.hdf5", TWO, episode="demo_0")
+    assert "its joints are another robot's: joint_3" in sentence
 
 
 def test_one_of_several_episodes_must_be_chosen(tmp_path: Path):

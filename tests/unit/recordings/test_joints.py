@@ -79,7 +79,7 @@ def test_a_mapping_overrides_names():
         (
             ("joint_1", "joint_2"),
             {},
-            "no column for joint_3, and all its columns, joint_1, joint_2, are other joints; name",
+            "no column for joint_3: it has 2 columns, joint_1, joint_2, and the robot has 3 joints",
         ),
         (("x_joint_1", "y_joint_1", "joint_2", "joint_3"), {}, "2 columns can be joint_1: x_joint_1 and y_joint_1"),
         (("joint_1", "joint_1", "joint_2", "joint_3"), {}, "2 columns are named joint_1; rename or delete one"),
@@ -98,6 +98,22 @@ def test_ambiguous_and_missing_columns_are_refused(columns, mapping, sentence):
     with pytest.raises(Mismatch) as caught:
         match(columns, len(columns) or 6, ARM, mapping)
     assert sentence in str(caught.value)
+
+
+def test_fewer_columns_than_joints_cannot_be_mapped():
+    with pytest.raises(
+        Mismatch, match=r"no column for joint_1, joint_2, joint_3: it has 2 columns, 0, 1, and the robot"
+    ):
+        match((), 2, ARM, {})
+
+
+def test_a_family_that_counts_from_zero_is_named_one_by_one():
+    columns = "actual_q_0", "actual_q_1", "actual_q_2", "x"
+    with pytest.raises(
+        Mismatch, match=r"no column for joint_3, for its columns count from 0 .* --map actual_q_0=joint_1 …"
+    ):
+        match(columns, 4, ARM, {"actual_q_*": "joint_*"})
+    assert match(columns, 4, ARM, {f"actual_q_{k}": f"joint_{k + 1}" for k in range(3)}).columns == (0, 1, 2)
 
 
 def test_the_mapping_of_a_numbered_family_is_proposed():

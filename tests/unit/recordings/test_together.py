@@ -8,8 +8,10 @@ import rerun as rr
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from services.recorder.entities import GOAL_LANE, MEASURED_POSITION
 from tools.recordings import readers
 from tools.recordings.learning import load
+from tools.recordings.readers.rrd import cut
 from tools.recordings.recording import Recording, Unreadable
 
 TWO = "joint_1", "joint_2"
@@ -77,6 +79,22 @@ def test_with_a_rate_the_samples_of_all_joints_are_paired_by_number(tmp_path: Pa
     assert np.abs(reach(recording.times) - recording.values).max() < 1e-9
     assert (len(recording.times), recording.times[-1]) == (150, pytest.approx(1.49))
     assert "times are those of log_time" in load(tmp_path / "demo.rrd", TWO).notes[0]
+
+
+def test_the_largest_number_of_samples_is_that_of_a_movement_of_a_trace(tmp_path: Path, monkeypatch):
+    monkeypatch.setattr("tools.recordings.recording.MAX_SAMPLES", 100)
+    with rr.RecordingStream("test") as stream:
+        stream.save(str(tmp_path / "trace.rrd"))
+        for time in np.arange(150) / 100:
+            stream.set_time("sim_time", duration=time)
+            if time in (0.0, 0.8):
+                stream.log(GOAL_LANE.path, rr.StateChange(state=f"goal-{time:g}"))
+            for name, value in zip(TWO, reach(time), strict=True):
+                stream.log(MEASURED_POSITION.path.replace("JOINT", name), rr.Scalars(value))
+    recording = load(tmp_path / "trace.rrd", TWO, episode="goal-0.8")
+    assert (len(recording.times), recording.times[-1]) == (70, pytest.approx(0.69))
+    with pytest.raises(Unreadable, match="part has 150 samples; at most 100 are read"):
+        cut(tmp_path / "trace.rrd", 0.0, 2.0)
 
 
 def test_series_names_of_an_entity_name_its_values(tmp_path: Path):

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from motion.listing import listed
 from tools.recordings.cells import encoding_of, number_of
 from tools.recordings.clock import Clock, clock_of, seconds
+from tools.recordings.joints import NAMED
 from tools.recordings.long_form import Labels, find_key, is_key, wide
 from tools.recordings.recording import MAX_SAMPLES, Episode, Recording, Unreadable, head
 
@@ -44,7 +46,10 @@ def read(path: Path, episode: str, rate: float | None) -> Recording:
     key = find_key(table.columns, table.values, table.labels)
     clock = clock_of(table.columns, table.values) if rate is None else Clock(())
     if rate is None and not clock.columns:
-        raise Unreadable(f"{path} has no column of times, such as time or t_ms; give --rate, in samples a second")
+        among = f" among {listed(table.columns, NAMED)}" if table.columns else ""
+        raise Unreadable(
+            f"{path} has no column of times{among}; name it time or t_ms, or give --rate, in samples a second"
+        )
     rest = [index for index in range(table.values.shape[1]) if index not in clock.columns]
     if not rest:
         raise Unreadable(f"{path} has times and no joint positions; a line needs one number a joint")

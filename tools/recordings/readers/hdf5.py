@@ -16,6 +16,9 @@ ALOHA_JOINTS = "waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wri
 ALOHA_COLUMNS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ALOHA_JOINTS)
 """Columns of ALOHA's qpos, which the file does not name; grippers are fractions of their opening."""
 
+ROBOMIMIC_JOINTS = re.compile(r"robot\d+_joint_pos")
+"""Joints of a robot of robomimic, which the file does not name; grippers have an array of their own."""
+
 NOT_MEASURED = frozenset({"action", "actions", "next_obs"})
 """Parts of paths to matrices that are not measured positions."""
 
@@ -144,4 +147,6 @@ def _columns(file: h5py.File, matrix: h5py.Dataset, member: str) -> tuple[str, .
                 names = dataset[()]
             if isinstance(names, np.ndarray) and names.shape == matrix.shape[1:] and names.dtype.kind in "SUO":
                 return tuple(text.decode() if isinstance(text, bytes) else str(text) for text in names)
+    if ROBOMIMIC_JOINTS.fullmatch(PurePosixPath(member).name):
+        return tuple(f"joint_{number}" for number in range(1, matrix.shape[1] + 1))
     return ALOHA_COLUMNS if member == "observations/qpos" and matrix.shape[1] == len(ALOHA_COLUMNS) else ()

@@ -138,6 +138,7 @@ def _trace(path: Path) -> Scan:
 def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
     times, values = scan.table()
     inside = (begin <= times) & (times <= end)
+    check_size(path, episode, int(np.count_nonzero(inside)))
     chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
     unit = "rad" if scan.is_trace else None
     logged = rate is None and scan.timelines == {LOG_TIME}
@@ -199,7 +200,8 @@ def _add_scalars(scan: Scan, entity: str, batch: pa.RecordBatch, path: Path) -> 
         found = scan.series.setdefault(name if width == 1 else f"{name}[{index}]", _Series())
         found.times.append(times)
         found.values.append(flat[starts + index])
-        check_size(path, name, found.count)
+        if not scan.is_trace:
+            check_size(path, name, found.count)
 
 
 def _timeline(batch: pa.RecordBatch) -> str | None:
