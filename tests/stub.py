@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 from msgspec import Struct
 
-from protocol.bus.bus import Bus, PendingQuery, Publisher
+from protocol.bus.bus import Bus, Publisher
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.bus.sessions import SERVICE, open_session
 from protocol.errors import Refusal

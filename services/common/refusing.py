@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from protocol.errors import Refusal
 
 if TYPE_CHECKING:
-    from protocol.bus.bus import PendingQuery  # the planner's workers need no Zenoh
+    from protocol.bus.pending_query import PendingQuery  # the planner's workers need no Zenoh
 
 OWN_ERROR = "the {service} met an error of its own; please report what its log says"
 

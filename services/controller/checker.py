@@ -4,7 +4,7 @@ import logging
 import threading
 from collections.abc import Callable
 
-from protocol.bus.bus import PendingQuery
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from protocol.topics import QUEUE_LENGTH

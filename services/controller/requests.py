@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from services.controller.checker import TrajectoryChecker

@@ -10,7 +10,7 @@ import msgspec
 
 from motion.plan import prepare
 from protocol import messages as m
-from protocol.bus.bus import PendingQuery
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.errors import Refusal
 from services.common.refusing import refusing

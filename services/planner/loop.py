@@ -15,7 +15,8 @@ import msgspec
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.codec import decode
 from protocol.errors import NoAnswer, Refusal

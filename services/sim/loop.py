@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.codec import bad_message
 from protocol.errors import Refusal
 from robot.description import RobotConfig

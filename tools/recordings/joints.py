@@ -231,8 +231,7 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
             f"it has no column for {listed(missing, NAMED)}: it has {len(columns)} columns, {listed(columns, NAMED)}, "
             f"and the robot has {len(joints)} joints; record all of them, or {OTHER_ROBOT}"
         )
-    stem = free[0].rstrip(DIGITS)
-    if free[0] == f"{stem}0" and any(columns[index].startswith(stem) for index in found.values()):
+    if _counts_from_zero(free[0], [columns[index] for index in found.values()]) and joints[0].endswith("1"):
         return (
             f"it has no column for {listed(missing, NAMED)}, for its columns count from 0 and the joints from 1; name "
             f"each, --map {free[0]}={joints[0]} …"
@@ -242,6 +241,12 @@ def _missing(columns: Sequence[str], joints: Sequence[str], found: Mapping[str, 
         f"{listed(free, NAMED)}, the robot has {len(joints)} joints; name them with "
         f"--map {_family_map(free, missing)} …"
     )
+
+
+def _counts_from_zero(free: str, taken: Sequence[str]) -> bool:
+    """Return whether a column that is no joint's has the number 0 in a family of which other columns are joints'."""
+    stem = free.rstrip(DIGITS)
+    return free == f"{stem}0" and any(column.rstrip(DIGITS) == stem for column in taken)
 
 
 def _family_map(columns: Sequence[str], joints: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from protocol.bus.bus import PendingQuery
+from protocol.bus.pending_query import PendingQuery
 from protocol.errors import Refusal
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery, Publisher
+from protocol.bus.bus import Bus, Publisher
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox, Stream
 from protocol.codec import decode
 from protocol.errors import Refusal

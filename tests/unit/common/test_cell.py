@@ -9,7 +9,8 @@ import pytest
 import zenoh
 
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.bus.sessions import CLIENT, SERVICE, open_session
 from services.common.cell import running_cell

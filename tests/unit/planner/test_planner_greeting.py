@@ -6,7 +6,8 @@ from pathlib import Path
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.bus.sessions import open_session
 from robot.description import load_robot

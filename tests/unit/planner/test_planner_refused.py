@@ -10,7 +10,7 @@ import pytest
 
 from protocol import messages as m
 from protocol import topics
-from protocol.bus.bus import PendingQuery
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox
 from protocol.codec import bad_message, decode, encode
 from protocol.errors import NoAnswer, Refusal

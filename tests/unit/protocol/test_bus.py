@@ -8,7 +8,8 @@ import pytest
 import zenoh
 
 from protocol import messages as m
-from protocol.bus.bus import Bus, PendingQuery
+from protocol.bus.bus import Bus
+from protocol.bus.pending_query import PendingQuery
 from protocol.bus.queues import Inbox, Stream
 from protocol.bus.sessions import open_session
 from protocol.codec import ENCODING, encode

@@ -138,8 +138,9 @@ def _trace(path: Path) -> Scan:
 def _between(scan: Scan, begin: float, end: float, path: Path, episode: str, rate: float | None) -> Recording:
     times, values = scan.table()
     inside = (begin <= times) & (times <= end)
-    check_size(path, episode, int(np.count_nonzero(inside)))
-    chosen = times[inside] - times[inside][:1] if rate is None else np.arange(np.count_nonzero(inside)) / rate
+    chosen = times[inside]
+    check_size(path, episode, len(chosen))
+    chosen = chosen - chosen[:1] if rate is None else np.arange(len(chosen)) / rate
     unit = "rad" if scan.is_trace else None
     logged = rate is None and scan.timelines == {LOG_TIME}
     notes = (*scan.notes, LOGGED) if logged else scan.notes
