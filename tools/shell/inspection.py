@@ -10,7 +10,7 @@ from tools.recordings.preview import preview
 from tools.recordings.recording import Unreadable
 from tools.shell.flags import File, RobotConfigFile, Source
 from tools.shell.reading import Reading, check_plot
-from tools.shell.recordings import print_findings
+from tools.shell.recordings import print_findings, summary
 from tools.shell.shell import UsageError
 
 
@@ -35,6 +35,7 @@ def inspect(
         robot = load_robot(robot_config)
         raw = reading.load(file, robot.joint_names)
         examination = examine(raw, robot)
+        print(summary(raw))
         print_findings(raw.notes, examination.findings, stderr=False)
         if refusal := examination.refusal:
             raise UsageError(f"{file} cannot be learned: {refusal.sentence}")

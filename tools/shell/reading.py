@@ -22,7 +22,7 @@ class ReadingFlags:
     """How a recording is read.
 
     Attributes:
-        episode: Name or number of the movement, as `volley episodes` lists them.
+        episode: Name or number of the movement, as `volley episodes` lists them, or last.
         map: Column and joint, THEIRS=OURS, for a column that is not named like its joint; `*` matches any text.
         unit: Unit of the angles, if the file does not give it.
         rate: Samples per second, for a file without times or with wrong ones.

@@ -128,12 +128,13 @@ def export(
 
     try:
         check_trace(trace)
-        chosen = readers.episodes(trace)[-1].name if goal == "last" else goal
-        recording = readers.read(trace, chosen)
+        recording = readers.read(trace, goal)
         writers.write(recording, output)
     except Unreadable as problem:
         raise UsageError(str(problem)) from None
-    ShellConsole().print(f"wrote {output}: {chosen}, {len(recording.times)} samples, {recording.times[-1]:.3f} s")
+    ShellConsole().print(
+        f"wrote {output}: {recording.episode}, {len(recording.times)} samples, {recording.times[-1]:.3f} s"
+    )
 
 
 def way_to_begin(name: str, positions: Sequence[float], flags: Flags) -> str:
@@ -189,8 +190,7 @@ def learnable(
     arm = _arm(description)
     examinations = [examine(raw, arm) for raw in raws]
     for raw, examination in zip(raws, examinations, strict=True):
-        length = float(np.ptp(raw.times)) if len(raw.times) else 0.0
-        print(f"{raw.source}: {raw.episode}, {len(raw.times)} samples, {length:.3f} s", file=sys.stderr)
+        print(summary(raw), file=sys.stderr)
         print_findings(raw.notes, [finding for finding in examination.findings if not finding.planner_warns])
         if refusal := examination.refusal:
             raise Unreadable(f"{raw.source} cannot be learned: {refusal.sentence}")
@@ -217,6 +217,12 @@ def _arm(description: m.Description | None) -> Arm | None:
     if description is None:
         return None
     return Arm(tuple(description.joint_names), limits_of(description.limits))
+
+
+def summary(raw: Recording) -> str:
+    """Return a line with the name, number of samples and duration of a recording."""
+    length = float(np.ptp(raw.times)) if len(raw.times) else 0.0
+    return f"{raw.source}: {raw.episode}, {len(raw.times)} samples, {length:.3f} s"
 
 
 def print_findings(notes: Sequence[str], findings: Sequence[Finding], stderr: bool = True) -> None:

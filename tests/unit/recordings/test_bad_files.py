@@ -197,6 +197,7 @@ def test_one_of_several_episodes_must_be_chosen(tmp_path: Path):
     sentence = refusal(tmp_path / "demo.hdf5", writers.JOINTS)
     assert "has 11 episodes; choose one with --episode: demo_0, demo_1, demo_2" in sentence
     assert load(tmp_path / "demo.hdf5", writers.JOINTS, episode="demo_10").episode == "demo_10"
+    assert load(tmp_path / "demo.hdf5", writers.JOINTS, episode="last").episode == "demo_10"
     assert "no episode 'demo_11'" in refusal(tmp_path / "demo.hdf5", writers.JOINTS, episode="demo_11")
 
 

@@ -137,7 +137,7 @@ def read(path: Path, episode: str | None = None, rate: float | None = None) -> R
 
     Args:
         path: The file, or the directory of a data set or bag.
-        episode: Name or number of the movement in the list of `episodes`; optional for a single movement.
+        episode: Name or number of the movement in the list of `episodes`, or last; optional for a single movement.
         rate: Rate of samples without times, Hz.
 
     Raises:
@@ -148,7 +148,7 @@ def read(path: Path, episode: str | None = None, rate: float | None = None) -> R
 
 
 def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
-    """Return the episode with a name or number. Raises Unreadable, which lists the episodes."""
+    """Return the episode with a name or number, or the last. Raises Unreadable, which lists the episodes."""
     if wanted is None:
         if len(found) == 1:
             return found[0]
@@ -158,6 +158,8 @@ def choose(path: Path, found: Sequence[Episode], wanted: str | None) -> Episode:
             return episode
     if wanted.isdecimal() and int(wanted) < len(found):
         return found[int(wanted)]
+    if wanted == "last":
+        return found[-1]
     raise Unreadable(f"{path} has no episode {wanted!r}; it has {_listed(found)}")
 
 
