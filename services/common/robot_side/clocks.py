@@ -1,6 +1,7 @@
 """Clocks of the robot side: the wall clock, lock-step with the controller, or the robot's own clock."""
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -15,8 +16,8 @@ IDLE_S = 0.02
 HEAD_START_NS = 300_000
 """Time reserved for a step, which takes 0.1 to 0.2 ms, and for a late wake-up."""
 
-
-REPORT_S = 5.0
+MEASURED_S, REPEAT_S = 5.0, 60.0
+"""Time over which the pace is measured, and the shortest time from one warning to the next."""
 SLOW = 0.95
 """Ratio of robot time to wall time below which a warning calls the machine slow."""
 
@@ -28,6 +29,7 @@ class Pace:
         """`rate_hz`: ticks a second of wall time."""
         self._deadlines = Deadlines(round(1e9 / rate_hz))
         self._log = log
+        self._next_warning = -math.inf
         self.restart()
 
     def restart(self) -> None:
@@ -38,11 +40,13 @@ class Pace:
         """Sleep until the next tick may start."""
         self._deadlines.wait()
         self._ticks += 1
-        passed = time.monotonic() - self._began
-        if passed >= REPORT_S:
+        now = time.monotonic()
+        passed = now - self._began
+        if passed >= MEASURED_S:
             ratio = self._ticks * self._deadlines.period_ns * 1e-9 / passed
-            if ratio < SLOW:
+            if ratio < SLOW and now >= self._next_warning:
                 self._log.warning("robot time runs at %.2f of its pace: this machine is slow", ratio)
+                self._next_warning = now + REPEAT_S
             self.restart()
 
 

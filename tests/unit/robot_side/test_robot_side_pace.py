@@ -5,11 +5,11 @@ import logging
 import pytest
 
 from services.common.robot_side import clocks
-from services.common.robot_side.clocks import REPORT_S, Pace
+from services.common.robot_side.clocks import MEASURED_S, REPEAT_S, Pace
 
 
 @pytest.mark.parametrize(("tick_s", "said"), [(0.001, []), (0.00104, []), (0.00125, ["0.80"]), (0.01, ["0.10"])])
-def test_a_slow_machine_is_logged_once_in_five_seconds(
+def test_a_slow_machine_is_logged_once_a_minute(
     tick_s: float, said: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
     """The line has the ratio of robot time to wall-clock time, if it is below 0.95."""
@@ -17,10 +17,10 @@ def test_a_slow_machine_is_logged_once_in_five_seconds(
     monkeypatch.setattr(clocks.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(clocks.Deadlines, "wait", lambda _: None)
     paced = Pace(1000.0, logging.getLogger("sim"))
-    while now[0] < 1.5 * REPORT_S:
+    while now[0] < 1.5 * MEASURED_S + REPEAT_S:
         now[0] += tick_s
         paced.wait()
-    expected = [f"robot time runs at {ratio} of its pace: this machine is slow" for ratio in said]
+    expected = [f"robot time runs at {ratio} of its pace: this machine is slow" for ratio in 2 * said]
     assert [record.getMessage() for record in caplog.records] == expected
 
 
@@ -33,7 +33,7 @@ def test_waiting_for_a_controller_that_hangs_is_not_logged_as_a_slow_machine(
     paced = Pace(1000.0, logging.getLogger("sim"))
     now[0] += 2.0
     paced.restart()
-    while now[0] < 2.0 * REPORT_S:
+    while now[0] < 2.0 * MEASURED_S:
         now[0] += 0.001
         paced.wait()
     assert caplog.records == []
