@@ -38,7 +38,7 @@ def import_robot(
     Args:
         source: MJCF or URDF file.
         out: Future path of the TOML; its `model` path is relative if the model is in or below that directory.
-        tool: Name of a site or a body; by default the one with a telling name, else the last body.
+        tool: Name of a site or a body; by default the one with a telling name, else the last body before a gripper.
         keyframe: Keyframe of the home pose; by default `home`, else the first one.
         name: Name of the robot; by default the model's.
 

@@ -47,8 +47,7 @@ def find_arm(model: mujoco.MjModel, tool: str | None) -> Arm:
     chain = carrying_joints(model, body)
     _check_chain(model, chain)
     names = [model.joint(joint).name for joint in range(model.njnt)]
-    mimics = {follower for follower, _ in joint_equalities(model)}
-    while chain and (chain[-1] in mimics or _is_of_gripper(model, chain[-1])):
+    while chain and _moves_gripper(model, chain[-1]):
         notes.append(f"{names[chain[-1]]} moves a gripper or follows another joint: it is not a joint of the arm")
         chain.pop()
     if not chain:
@@ -72,8 +71,9 @@ def _named(model: mujoco.MjModel, name: str) -> tuple[Tool, str, list[str]]:
 
 
 def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
-    """Return the site, or else the body, with a name of a tool; else the end of the longest chain."""
-    depth = {body: len(carrying_joints(model, body)) for body in range(model.nbody)}
+    """Return the site, or else the body, with a name of a tool; else the end of the longest chain before a gripper."""
+    chains = {body: carrying_joints(model, body) for body in range(model.nbody)}
+    depth = {body: len(chain) for body, chain in chains.items()}
     sites = [(model.site(i).name, int(model.site_bodyid[i])) for i in range(model.nsite)]
     bodies = [(model.body(body).name, body) for body in depth]
     for kind, named in (("site", sites), ("body", bodies)):
@@ -86,7 +86,8 @@ def _default(model: mujoco.MjModel) -> tuple[Tool, str, list[str]]:
             first, *others = [name for *_, name in ranked]
             tool = Tool(first) if kind == "site" else Tool(TOOL_SITE, first)
             return tool, f"file: the {kind} {first}", [_choice(kind, first, others)] if others else []
-    last = max(depth, key=lambda body: (depth[body], body))
+    arms = [body for body, chain in chains.items() if chain and not _moves_gripper(model, chain[-1])]
+    last = max(arms or depth, key=lambda body: (depth[body], body))
     if not depth[last]:
         raise RobotError("the model has no joints; name the file of an arm, or a scene that includes one")
     if at_the_end := [name for name, body in sites if name and depth[body] == depth[last]]:
@@ -112,7 +113,10 @@ def _rank(name: str) -> int | None:
     return None
 
 
-def _is_of_gripper(model: mujoco.MjModel, joint: int) -> bool:
+def _moves_gripper(model: mujoco.MjModel, joint: int) -> bool:
+    """Return whether a joint follows another one, or its name or its body's says that it moves a gripper."""
+    if any(joint == follower for follower, _ in joint_equalities(model)):
+        return True
     body = model.body(int(model.jnt_bodyid[joint])).name
     return bool(GRIPPER.search(model.joint(joint).name) or PARTS.search(body))
 

@@ -192,19 +192,16 @@ JOINT = """<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{
 <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="99" velocity="6.283185307179586"/></joint>"""
 
 
-def test_a_hand_becomes_the_tool_and_the_remedy_for_overlaps_suits_a_urdf(tmp_path: Path) -> None:
+@pytest.mark.parametrize("hand", ["panda_hand", "last_link"])
+def test_a_hand_becomes_the_tool_and_the_remedy_for_overlaps_suits_a_urdf(tmp_path: Path, hand: str) -> None:
     """The finger does not become the tool, velocity limits are not rounded up, and <exclude> is not proposed."""
-    links = "".join(LINK.format(name) for name in ("base", "arm", "panda_hand", "panda_rightfinger"))
-    chain = (
-        ("base", "arm", "revolute"),
-        ("arm", "panda_hand", "revolute"),
-        ("panda_hand", "panda_rightfinger", "prismatic"),
-    )
+    links = "".join(LINK.format(name) for name in ("base", "arm", hand, "panda_rightfinger"))
+    chain = (("base", "arm", "revolute"), ("arm", hand, "revolute"), (hand, "panda_rightfinger", "prismatic"))
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(f'<robot name="r">{links}{"".join(JOINT.format(*joint) for joint in chain)}</robot>')
     robot, _ = imported(tmp_path, urdf)
-    assert robot.tool.body == "panda_hand"
-    assert robot.joint_names == ("arm_joint", "panda_hand_joint")
+    assert robot.tool.body == hand
+    assert robot.joint_names == ("arm_joint", f"{hand}_joint")
     np.testing.assert_array_equal(robot.limits.velocities, 6.283185307179586)
     (overlap, *_) = (finding.sentence for finding in check_robot(robot, robot.model) if "overlap" in finding.sentence)
     assert overlap.endswith("change home, or where they always overlap, remove one <collision>")
