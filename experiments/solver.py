@@ -90,7 +90,7 @@ def compared(
     program = make_programs(primitive, request, BASIS_COUNT)[0]
     problem = as_matrices(program)
     solved, theirs = least_time(lambda: solvers.qp(*problem, options={"show_progress": False}), repeats)
-    ours, same = least_time(lambda: optimum(program, 0, request.duration), repeats)
+    ours, same = least_time(lambda: optimum(program, 0), repeats)
     made, whole = least_time(lambda: plan(primitive, request, STEP), repeats)
     best = missed(primitive, np.array(solved["x"])[:, 0])
     imitation = made.report.imitation_rms[0] * request.duration**2 / np.sqrt(best)

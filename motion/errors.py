@@ -76,21 +76,28 @@ NONE_FOUND, NONE_TRIED = f"no longer duration was found to work; {LOOSEN}", f"al
 class Infeasible(MotionError):
     """No motion of the requested duration keeps the limits.
 
-    `quantity` and `time` (s from the start) name the limit that is hardest to keep, and where. `min_duration` (s)
-    is the shortest feasible duration that was found above the request, `waypoint_times` (s) the waypoints' times in it;
-    both are None if none was found or tried, and the sentence then gives the advice `otherwise`.
+    `quantity` and `time` (s from the start) name the limit that is hardest to keep, and where; `bounds` are its lowest
+    and highest value. `min_duration` (s) is the shortest feasible duration that was found above the request,
+    `waypoint_times` (s) the waypoints' times in it; both are None if none was found or tried, and the sentence then
+    gives the advice `otherwise`.
     """
 
     joint: int
     quantity: str
     time: float
+    bounds: tuple[float, float]
     min_duration: float | None = None
     waypoint_times: list[float] | None = None
     otherwise: str = NONE_TRIED
 
     def __str__(self) -> str:
         remedy = works_in(self.min_duration, self.waypoint_times, self.otherwise)
-        return f"joint {self.joint}: the {self.quantity} limit cannot be kept near {self.time:.3f} s; {remedy}"
+        low, high = self.bounds
+        limit = f"{high:.6g}" if low == -high else f"{low:.6g} to {high:.6g}"
+        return (
+            f"joint {self.joint}: the {self.quantity} limit of {limit} {UNITS[self.quantity]} cannot be kept near "
+            f"{self.time:.3f} s; {remedy}"
+        )
 
 
 @dataclass(eq=False)

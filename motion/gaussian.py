@@ -6,11 +6,10 @@ The limits are not guaranteed between the instants at which they are imposed: se
 import numpy as np
 import piqp
 
-from motion.errors import Infeasible, SolverFailed
+from motion.errors import SolverFailed
 from motion.gaussian_program import INSTANTS, GaussianProgram, make_programs, rows
-from motion.limits import QUANTITIES
 from motion.primitive import Primitive
-from motion.program.contradiction import hardest_limit
+from motion.program.contradiction import InfeasibleRows, hardest_limit
 from motion.program.least_distance import make_solver
 from motion.program.report import Distance
 from motion.request import MotionRequest
@@ -55,7 +54,10 @@ def plan_gaussian(
             unlimited[joint] = optimum_without_limits(program)
         except np.linalg.LinAlgError:
             raise SolverFailed(joint, "the fixed values depend on each other") from None
-        weights[joint] = optimum(program, joint, request.moving_duration)
+        try:
+            weights[joint] = optimum(program, joint)
+        except InfeasibleRows as failed:
+            raise failed.error(request, otherwise=ELSEWHERE) from None
         missed = np.abs(program.A @ weights[joint] - program.b)
         if (missed > EQUALITY_TOLERANCE * max(1.0, np.abs(program.b).max())).any():
             raise SolverFailed(joint, f"equalities are off by {missed.max():.1e}")
@@ -73,10 +75,10 @@ def optimum_without_limits(program: GaussianProgram) -> np.ndarray:
     return np.linalg.solve(kkt, np.concatenate([-program.c, program.b]))[: len(program.c)]
 
 
-def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray:
+def optimum(program: GaussianProgram, joint: int) -> np.ndarray:
     """Weights (N,) that minimise the cost under all constraints.
 
-    joint, duration (s): for the errors. Raises Infeasible or SolverFailed.
+    joint: for the errors. Raises InfeasibleRows or SolverFailed.
     """
     nearest = optimum_without_limits(program)
     reached = program.G @ nearest
@@ -92,7 +94,7 @@ def optimum(program: GaussianProgram, joint: int, duration: float) -> np.ndarray
         status = solver.solve()
         if status == piqp.PIQP_PRIMAL_INFEASIBLE:
             quantity, s = hardest_limit(program.quantity, program.s, solver.result.z_u + solver.result.z_l)
-            raise Infeasible(joint, QUANTITIES[quantity], s * duration, otherwise=ELSEWHERE)
+            raise InfeasibleRows(joint, quantity, s)
         w = size * solver.result.x
         if status == piqp.PIQP_SOLVED and np.isfinite(w).all():
             # Correct the weights so that the equalities hold to rounding.

@@ -17,7 +17,6 @@ import msgpack
 import msgspec
 
 from protocol.errors import Refusal
-from protocol.messages.base import Joints
 from protocol.topics import SMALL, Query, id_fault
 
 if TYPE_CHECKING:
@@ -58,24 +57,28 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
             not a map, unknown or missing fields, wrong types, and numbers that are not finite.
     """
     check_size(len(data), max_bytes)
+    whole = _with_field(data, kind)
     try:
-        return _decoder(kind).decode(data)
+        return _decoder(kind).decode(whole)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        if (found := _bare(data, kind)) is not None:
-            return found
-        raise _refusal_of(error, kind, data) from None
+        refusal = _refusal_of(error, kind, whole)
+    if whole is not data:  # the sender did not write the name of the field
+        prefix = f"{getattr(kind, 'BARE', '')}."
+        field, sentence = (text.removeprefix(prefix) for text in (refusal.detail["field"], refusal.message))
+        refusal = bad_message(field, sentence)
+    raise refusal
 
 
-def _bare(data: bytes, kind: type[Kind]) -> Kind | None:
-    """Return the message whose field `BARE` is the whole body; None if there is no such field, or it does not fit."""
+def _with_field(data: bytes, kind: type[msgspec.Struct]) -> bytes:
+    """Return a body that is the map of the field `BARE` itself with this field; any other body as it is."""
     if not (field := getattr(kind, "BARE", "")):
-        return None
+        return data
     try:
-        values = msgspec.msgpack.decode(data, type=Joints)
+        values = msgspec.msgpack.decode(data, type=dict[str, msgspec.Raw])
     except (msgspec.DecodeError, UnicodeDecodeError):
-        return None
-    version = values.pop("version", 1)
-    return kind(**{field: values}) if values and version == 1 else None
+        return data
+    version = {name: values.pop(name) for name in ("version",) if name in values}
+    return msgspec.msgpack.encode({**version, field: values}) if values and field not in values else data
 
 
 def _decoder(kind: type[Kind]) -> msgspec.msgpack.Decoder[Kind]:

@@ -26,7 +26,7 @@ CODES: Mapping[str, tuple[str, ...]] = {
 }
 """Every code with the fields of its `detail`.
 
-Some refusals have further fields: `unavailable` has `goal_id` if a goal may have started; `solver_failed` has
+Some refusals have further fields: `unavailable` has the `goal_id` of a refused goal; `solver_failed` has
 `min_duration` and `waypoint_times` if planning time ran out; `limit` of the quantity `torque` has these two and
 `time_from_start`; the refusal of a goal with alternatives has `alternatives`, their codes.
 """

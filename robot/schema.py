@@ -1,6 +1,8 @@
 """The tables of a robot's TOML file. Reading them needs no model."""
 
+import difflib
 import math
+import re
 from pathlib import Path
 from typing import Literal
 
@@ -134,6 +136,29 @@ def read_description(path: Path) -> Description:
     except OSError as error:
         raise RobotError(f"{path}: cannot be read ({error.strerror}); name a robot's TOML file") from error
     except ValueError as error:  # errors of msgspec and of text decoding are ValueErrors
-        cure = '; write "hold" or "stop"' if "on_fault" in str(error) else ""
-        raise RobotError(f"{path}: {error}{cure}") from error
+        raise RobotError(f"{path}: {error}{_cure(str(error))}") from error
     return description
+
+
+def _cure(error: str) -> str:
+    """Return what to write in place of a wrong field or value, if that is known."""
+    if "on_fault" in error:
+        return '; write "hold" or "stop"'
+    unknown = re.search(r"unknown field `(.*?)`", error)
+    alike = difflib.get_close_matches(unknown[1], FIELDS, 1) if unknown else []
+    return f"; did you mean {alike[0]}?" if alike else "; docs/robots.md lists the fields"
+
+
+TABLES = (
+    Description,
+    JointsTable,
+    ToolFrame,
+    CollisionTable,
+    Tolerance,
+    RacketTable,
+    RecoilBounds,
+    BallTable,
+    CourtTable,
+)
+FIELDS = sorted({name for table in TABLES for name in table.__struct_fields__})
+"""All tables of a robot's TOML, and the names of their fields."""

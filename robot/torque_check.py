@@ -25,7 +25,8 @@ class TorqueExceeded(MotionError):
 
     `time` (s from the start) is the first instant beyond `bound`, `value` (N·m, signed) the largest found in the second
     around it. `min_duration` (s) is a duration in which the motion can be played, `waypoint_times` (s) are its
-    waypoints' times in it; both are None if no duration was found.
+    waypoints' times in it; both are None if none was found or tried, and the sentence then gives the advice
+    `otherwise`.
     """
 
     joint: int
@@ -34,10 +35,11 @@ class TorqueExceeded(MotionError):
     time: float
     min_duration: float | None = None
     waypoint_times: list[float] | None = None
+    otherwise: str = "allow more time, or change the goal"
     quantity: str = field(init=False, default="torque")
 
     def __str__(self) -> str:
-        remedy = works_in(self.min_duration, self.waypoint_times, "give it more time")
+        remedy = works_in(self.min_duration, self.waypoint_times, self.otherwise)
         return (
             f"joint {self.joint}: needs a torque of {abs(self.value):.4g} N·m, first more than its "
             f"{abs(self.bound):.4g} N·m at {self.time:.3f} s; {remedy}"

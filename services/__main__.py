@@ -102,9 +102,11 @@ def prepare(flags: Flags) -> tuple[Options, RecorderFlags]:
 
     Raises:
         SystemExit: an endpoint is taken, or other machines could join without a certificate.
-        ValueError: the robot config cannot be read.
+        ValueError: the robot config cannot be read, or flags contradict each other.
     """
     options, recorder = flags.common, flags.recorder
+    if options.listen and options.connect:
+        raise ValueError("--listen hosts the router, and --connect joins that of another program; give one of the two")
     if not options.listen and not options.connect:
         options = replace(options, listen=(DEFAULT_ENDPOINT,))
     refuse_exposure(options, options.connect, () if options.connect else options.listen)

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from motion.limits import Limits
+from motion.errors import NONE_TRIED, Infeasible
+from motion.limits import QUANTITIES, Limits
 from motion.program.equalities import Fixed
+from motion.request import MotionRequest
 
 
 @dataclass(eq=False)
@@ -24,6 +26,18 @@ class InfeasibleRows(Exception):
     s: float
     rows: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     multipliers: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def error(
+        self,
+        request: MotionRequest,
+        min_duration: float | None = None,
+        waypoint_times: list[float] | None = None,
+        otherwise: str = NONE_TRIED,
+    ) -> Infeasible:
+        """Return the error of `request`, with what works or the advice `otherwise`."""
+        low, high = request.limits.ranges[self.joint, self.quantity].tolist()
+        what, time = QUANTITIES[self.quantity], self.s * request.moving_duration
+        return Infeasible(self.joint, what, time, (low, high), min_duration, waypoint_times, otherwise)
 
 
 def hardest_limit(quantity: np.ndarray, s: np.ndarray, multipliers: np.ndarray) -> tuple[int, float]:

@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import replace
 
 from motion.errors import NONE_FOUND, NONE_TRIED, CannotStop, Infeasible, OutOfTime, SolverFailed
-from motion.limits import QUANTITIES
 from motion.primitive import Primitive
 from motion.program.contradiction import InfeasibleRows
 from motion.program.effort import Effort
@@ -52,7 +51,7 @@ def refusal(
         less = _less_rest(primitive, request, precision)
         if less is not None:
             advice = f"a rest_fraction of {less:.6g} works"
-    return Infeasible(failed.joint, QUANTITIES[failed.quantity], failed.s * request.moving_duration, *works, advice)
+    return failed.error(request, *works, otherwise=advice)
 
 
 def _less_rest(primitive: Primitive, request: MotionRequest, precision: Precision) -> float | None:

@@ -58,7 +58,8 @@ class Canceled(Message, kw_only=True):
     """The arm is stopping.
 
     Attributes:
-        goal_id: of the stopped motion, null if nothing moved
+        goal_id: of the stopped motion; null if nothing moved, or if the motion that was named has ended or was
+            replaced: the newest motion then continues
         stop_time: time at which the arm is at rest
     """
 

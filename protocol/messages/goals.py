@@ -108,10 +108,11 @@ class Goal(Request, kw_only=True):
             or `alternatives`
         revises: correct the motion of this goal_id, or of any later correction of it: imitate what is left of the
             demonstration. Without `duration` and `arrival_time` the hit keeps its time. Refused as `unknown_goal` if
-            that motion is not under way, `late` if its hit has passed when this one begins, `superseded` if another
-            motion replaced it, `invalid_goal` if it plays another primitive
+            this planner sent no such motion, `late` if its hit was due before this one can begin, `superseded` if it
+            was replaced or stopped before its hit, `invalid_goal` if it plays another primitive
         goal_id: name of the motion in all messages, 1 to 128 printable characters, null: the planner chooses one. The
-            same id with the same body returns the first reply and moves nothing; with another body it is a `duplicate`
+            same id with the same body returns the first reply and moves nothing; with another body, or after a
+            restart of the planner, it is a `duplicate`
         client_id: name of the client, at most 128 printable characters; with a `lease` none of / * $ ? #
         lease: the client holds the liveliness token `alive/client/CLIENT_ID`; its loss cancels the motion, and until
             the motion ends goals of other clients are refused as `not_holder`

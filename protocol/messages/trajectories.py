@@ -48,7 +48,7 @@ class Motion(Message, kw_only=True):
         preempt: as in the [Goal](#goal)
         epoch: of the controller when the plan was made; a plan with an older epoch is refused as `superseded`
         joint_names: in the controller's order
-        start_time: of sample 0
+        start_time: of sample 0, rounded to the nearest tick
         dt: time between samples: 1 / `rate_hz`; in a reply or publication of a motion over 20 s, a multiple of that
         count: number of samples; with `pieces` alone: ticks from 0 to the first one at or after their end
         hit_index: index of the sample at the goal, or of the nearest one

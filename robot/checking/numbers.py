@@ -117,8 +117,9 @@ def degrees(subject: Subject) -> Iterator[Finding]:
         if max(abs(low), abs(high)) > MANY_TURNS:
             yield Finding(
                 "warning",
-                f"{config.joint_names[index]}: its range of {low:g} to {high:g} rad looks like degrees; a URDF is in "
-                'radians, an MJCF in radians needs <compiler angle="radian"/>',
+                f"{config.joint_names[index]}: its range of {low:g} to {high:g} rad looks like degrees, which are "
+                f"{np.deg2rad(low):.3g} to {np.deg2rad(high):.3g} rad; a URDF is in radians, an MJCF in radians needs "
+                '<compiler angle="radian"/>',
             )
         if FAST < config.limits.velocities[index] < np.inf:
             yield Finding(

@@ -126,11 +126,15 @@ def shapes(subject: Subject) -> Iterator[Finding]:
                 f"plans are not checked against the height or distance field of {owner_name(model, geom)}, whose "
                 "distances MuJoCo does not compute; add boxes or meshes in its place",
             )
-    if not any(is_moved_by(model, int(model.geom_bodyid[geom]), arm) for geom in solid):
+    links = {int(model.body_weldid[body]) for body in range(1, model.nbody) if is_moved_by(model, body, arm)}
+    bare = sorted(links - {int(model.body_weldid[model.geom_bodyid[geom]]) for geom in solid})
+    if bare:
+        which = ", ".join(body_name(model, body) for body in bare[:LISTED]) + (", …" if len(bare) > LISTED else "")
         yield Finding(
             "warning",
-            "no link of the arm has collision geometry: contacts are neither simulated nor planned around; "
-            "add <collision> (URDF) or geoms with contype 1 (MJCF)",
+            f"{'no link of the arm has' if len(bare) == len(links) else 'links without'} collision geometry: {which}; "
+            "their contacts are neither simulated nor planned around; add <collision> (URDF) or geoms with contype 1 "
+            "(MJCF)",
         )
 
 

@@ -33,6 +33,9 @@ GAP = 5.0
 
 LISTED = 3
 
+NOISY = 0.05
+"""Standard deviation of the samples' noise, rad, that causes a warning."""
+
 
 def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limits, names: Sequence[str]) -> list[str]:
     """Return warnings about a recording and the primitive learned from it; empty for a clean one.
@@ -50,6 +53,7 @@ def warnings_of(demonstration: Demonstration, primitive: Primitive, limits: Limi
         *moving_ends(demonstration, primitive, names),
         *gaps(demonstration, primitive),
         *not_followed(demonstration, primitive, names),
+        *noisy(demonstration, names),
     ]
 
 
@@ -136,6 +140,16 @@ def not_followed(demonstration: Demonstration, primitive: Primitive, names: Sequ
         yield (
             f"{names[joint]} cannot be followed: the spline passes {primitive.position_max[joint]:.2g} rad beside its "
             "samples; record the movement in parts, or look for jumps in it"
+        )
+
+
+def noisy(demonstration: Demonstration, names: Sequence[str]) -> Iterator[str]:
+    """Yield warnings about joints whose samples are noise rather than a movement."""
+    noise = _sample_noise(demonstration.positions)
+    for joint in np.flatnonzero(noise > NOISY).tolist():
+        yield (
+            f"{names[joint]} has noise of {noise[joint]:.2g} rad (standard deviation), of which the spline keeps the "
+            "mean; look for a loose sensor or samples of two movements in turn, and record it again"
         )
 
 

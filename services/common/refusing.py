@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 OWN_ERROR = "the {service} met an error of its own; please report what its log says"
 
+OWN_ID = frozenset({"late", "unavailable"})
+"""Codes whose detail has the id of the refused goal itself."""
+
 _ENTRY = re.compile(
     r"(?:(?:start|(?P<limits>limits)|(?:waypoints|alternatives)\[\d+\])\.)?"
     r"(?:positions|velocities|accelerations|jerks)\[(?P<first>\d+)\](?:\[(?P<second>\d+)\])?(?=: | is )"
@@ -32,8 +35,9 @@ def refusing(
 ) -> Iterator[None]:
     """Reply to `query` with the refusal that the block raises, log it, and call `then` with it.
 
-    An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests. joints:
-    names for the values of joints that a refusal gives by their index.
+    An unexpected error becomes the refusal `unavailable`, so that the service continues with other requests. goal_id:
+    of the refused goal, for refusals that lack it. joints: names for the values of joints that a refusal gives by their
+    index.
     """
 
     def refuse(refusal: Refusal) -> None:
@@ -47,11 +51,17 @@ def refusing(
     try:
         yield
     except Refusal as reason:
-        refuse(with_joint(reason, joints))
+        refuse(with_goal(with_joint(reason, joints), goal_id))
     except Exception:
         log.exception("%s met an error of the %s", query.topic.key, service, extra={"goal_id": goal_id})
-        detail = {"service": service} | ({"goal_id": goal_id} if goal_id else {})
-        refuse(Refusal("unavailable", OWN_ERROR.format(service=service), **detail))
+        refuse(with_goal(Refusal("unavailable", OWN_ERROR.format(service=service), service=service), goal_id))
+
+
+def with_goal(refusal: Refusal, goal_id: str | None) -> Refusal:
+    """Return a refusal of a goal with the goal's id in its detail, if its code has one and it is missing."""
+    if goal_id is None or refusal.code not in OWN_ID or refusal.detail.get("goal_id") is not None:
+        return refusal
+    return Refusal(refusal.code, refusal.message, **{**refusal.detail, "goal_id": goal_id})
 
 
 def with_joint(refusal: Refusal, names: Sequence[str]) -> Refusal:

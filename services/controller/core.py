@@ -160,16 +160,17 @@ class Controller:
             check_id("goal_id", request.goal_id)
         state = self.states.require()
         newest = self.ledger.active[-1] if self.ledger.active else None
+        rests = max(state.tick, self._timeline.end)
         if request.goal_id is not None and (newest is None or request.goal_id != newest.result.goal_id):
             if not self.ledger.knows(request.goal_id):
                 self._break_epoch()  # its plan may still arrive, and must not move the arm
             self.ledger.result(request.goal_id)
-            return m.Canceled(goal_id=None, stop_time=state.time)
+            return m.Canceled(goal_id=None, stop_time=rests * self.config.tick)
         self._break_epoch()
         self.changed = True
         if newest is None:
-            return m.Canceled(goal_id=None, stop_time=max(state.tick, self._timeline.end) * self.config.tick)
-        rests = self._halt("canceled on request")
+            return m.Canceled(goal_id=None, stop_time=rests * self.config.tick)
+        rests = self._halt("on request")
         return m.Canceled(goal_id=newest.result.goal_id, stop_time=rests * self.config.tick)
 
     def reset(self) -> m.ModeReply:

@@ -186,7 +186,8 @@ class Ledger:
         try:
             return self._results[goal_id]
         except KeyError:
-            sentence = f"goal_id {goal_id!r} is not among the last {KEPT} goals this controller accepted"
+            among = f"the last {KEPT} goals this controller accepted; a refused goal has no result"
+            sentence = f"goal_id {goal_id!r} is not among {among}"
             raise Refusal("unknown_goal", sentence, goal_id=goal_id) from None
 
     def knows(self, goal_id: str) -> bool:

@@ -94,8 +94,8 @@ class Planner:
         first None, to wait for its turn there, then each Task, and receives the task's plan or refusal.
 
         Raises:
-            Refusal: the goal is refused and nothing moves. Exception: after `unavailable` with a goal_id the motion
-                may have started.
+            Refusal: the goal is refused and nothing moves. Exception: after `unavailable` the motion may have started,
+                if the sentence says so.
         """
         known = self._replies.find(goal)
         if known is not None:

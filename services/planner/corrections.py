@@ -96,7 +96,7 @@ class Corrections:
         hit_time = (current or self._newest(revised.chain)).hit_time
         if hit_time <= reference.time:
             sentence = (
-                f"the hit of goal {goal.revises!r} is at {hit_time:.3f} s, but a correction can begin at "
+                f"the hit of goal {goal.revises!r} was due at {hit_time:.3f} s, but a correction can begin at "
                 f"{reference.time:.3f} s at the earliest; send the goal without `revises`"
             )
             raise Refusal("late", sentence, goal_id=goal.revises)

@@ -14,6 +14,13 @@ SHORTEST, LONGEST = 1e-6, 1e6
 """Allowed length of a direction or a quaternion, which is then scaled to 1."""
 NOT_IN_KEYS = "/*$?#"
 """Characters that the client_id of a lease cannot have."""
+NOT_FASTEST = {
+    "duration": "fixes it",
+    "arrival_time": "fixes it",
+    "waypoints": "have fixed times",
+    "alternatives": "are compared at their own durations",
+}
+"""Fields that a goal with `fastest` cannot have, and why."""
 LARGEST = 1e4
 """Largest coordinate of a tool goal, m, m/s or rad/s; no arm reaches more."""
 
@@ -59,10 +66,9 @@ def _check_times(goal: m.Goal) -> None:
     _check_duration(goal.duration, "duration")
     if not goal.fastest:
         return
-    for field in ("duration", "arrival_time", "waypoints", "alternatives"):
+    for field, reason in NOT_FASTEST.items():
         if getattr(goal, field) not in (None, []):
-            sentence = f"fastest finds the duration itself, and {field} would fix it; give one of the two"
-            raise _invalid("fastest", sentence)
+            raise _invalid("fastest", f"fastest finds the duration itself, and {field} {reason}; give one of the two")
 
 
 def _check_duration(duration: float | None, field: str) -> None:

@@ -52,7 +52,7 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
         return MotionRequest(
             start=origin.boundary,
             goal=_goal_boundary(goal, primitive, joints),
-            duration=duration_of(goal, primitive, config, origin),
+            duration=planned_duration(goal, primitive, config, origin),
             limits=limits_of(goal.limits, config),
             waypoints=_waypoints(goal.waypoints, joints, origin.boundary),
             rest_fraction=goal.rest_fraction,
@@ -66,7 +66,7 @@ def motion_request(goal: m.Goal, primitive: Primitive, config: RobotConfig, orig
 
 
 def ends(
-    goal: m.Goal, request: MotionRequest, config: RobotConfig, origin: Origin
+    goal: m.Goal, primitive: Primitive, request: MotionRequest, config: RobotConfig, origin: Origin
 ) -> tuple[dict[int, End], dict[int, Refusal]]:
     """Return a goal's ends by index, 0 its own and then the alternatives, and the refusals of those that are late.
 
@@ -74,7 +74,12 @@ def ends(
         Refusal: `invalid_goal`, naming the field.
     """
     own, joints = request.goal, config.joint_count
-    found, late = {0: End(own, request.duration)}, {}
+    found: dict[int, End] = {}
+    late: dict[int, Refusal] = {}
+    try:
+        found[0] = End(own, duration_of(goal, primitive, config, origin))
+    except Refusal as refusal:
+        late[0] = _only_late(refusal)
     for index, end in enumerate(goal.alternatives, 1):
         boundary = Boundary(
             own.positions if end.positions is None else _vector(end.positions, joints, "positions"),
@@ -87,12 +92,13 @@ def ends(
             try:
                 duration = _duration_until(end.arrival_time, goal, config, origin, field)
             except Refusal as refusal:
-                if refusal.code != "late":
-                    raise
-                late[index] = refusal
+                late[index] = _only_late(refusal)
                 continue
         elif end.duration is not None:
             duration = _whole_ticks(end.duration, config)
+        elif 0 in late:
+            late[index] = late[0]
+            continue
         found[index] = End(boundary, duration)
     return found, late
 
@@ -162,6 +168,28 @@ def duration_of(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin:
         sentence = f"the demonstration takes {wanted:.3f} s; give a duration of at most {MAX_PLAN_S} s"
         raise Refusal("invalid_goal", sentence, field="duration")
     return _whole_ticks(wanted, config)
+
+
+def planned_duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, origin: Origin) -> float:
+    """Return the duration of the goal; if it is late but has alternatives, that of the demonstration.
+
+    Raises:
+        Refusal: as `duration_of`.
+    """
+    try:
+        return duration_of(goal, primitive, config, origin)
+    except Refusal as refusal:
+        if not goal.alternatives:
+            raise
+        _only_late(refusal)
+        return min(primitive.duration, MAX_PLAN_S)
+
+
+def _only_late(refusal: Refusal) -> Refusal:
+    """Return the refusal of an end that is late; raise any other."""
+    if refusal.code != "late":
+        raise refusal
+    return refusal
 
 
 def _whole_ticks(duration: float, config: RobotConfig) -> float:

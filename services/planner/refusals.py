@@ -1,5 +1,6 @@
 """Convert errors of `motion` to refusals, with joint names."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from motion.errors import CannotStop, Infeasible, InvalidMotion, LimitExceeded, MotionError, OutOfTime, SolverFailed
@@ -52,11 +53,21 @@ def refusal_of(error: MotionError, joints: Joints) -> Refusal:
     raise error
 
 
-def none_of(errors: list[MotionError | Refusal], joints: Joints) -> Refusal:
-    """Return the refusal of a goal if all ends failed: that of the first end, with the codes of the alternatives."""
-    own, *others = (error if isinstance(error, Refusal) else refusal_of(error, joints) for error in errors)
-    sentence = f"{own.message}; nor can any of the {len(others)} alternatives be planned"
-    return Refusal(own.code, sentence, **own.detail, alternatives=[refusal.code for refusal in others])
+def none_of(errors: Sequence[MotionError | Refusal], whose: Sequence[int], joints: Joints) -> Refusal:
+    """Return the refusal of a goal if all ends failed: that of the first end, with the codes of the alternatives.
+
+    whose: for each error the index of the end, ascending: 0 the goal's own, 1 the first alternative. An end in tool
+    space has an error for each posture.
+    """
+    first: dict[int, MotionError | Refusal] = {}
+    for index, error in zip(whose, errors, strict=True):
+        first.setdefault(index, error)
+    own, *others = (error if isinstance(error, Refusal) else refusal_of(error, joints) for error in first.values())
+    failed = [f"the {count - 1} other postures that were found"] if (count := list(whose).count(0)) > 1 else []
+    failed += [f"any of the {len(others)} alternatives"] if others else []
+    sentence = "; nor can ".join([own.message, " or ".join(failed) + " be planned"] if failed else [own.message])
+    detail = own.detail | ({"alternatives": [refusal.code for refusal in others]} if others else {})
+    return Refusal(own.code, sentence, **detail)
 
 
 def unreachable(error: Unreachable, field: str) -> Refusal:

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
+from itertools import chain, count
 from typing import TypeVar
 
 from motion.alternatives import AllRefused, plan_best
@@ -28,8 +29,13 @@ from services.planner.worker import Task
 ELSEWHERE = frozenset({"gaussian"})
 """Methods that plan in a worker process, because they take 30 to 80 ms a joint."""
 
-SLOWER = 1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0
-"""Factors of a duration that needs too much torque: durations to try instead."""
+SLOWER, GROWTH = (1.05, 1.1, 1.2, 1.35, 1.6, 2.0, 3.0, 5.0), 1.6
+"""Factors of a duration that needs too much torque: durations to try instead, in this order, and how they go on."""
+MOST_SLOWER = 5.0
+"""Such durations are at most this many times the longer one of the requested and the demonstrated duration."""
+PRECISION = 0.01
+"""Part of its duration, or a tick, by which a goal with `fastest` may be slower than its torques demand."""
+NO_DURATION = "no longer duration was found to work; change the goal or its velocities"
 
 
 def effort_of(goal: m.Goal) -> str:
@@ -85,12 +91,16 @@ class Made:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Case:
-    """A goal in joint space, and the verifier of its plan."""
+    """A goal in joint space, and the verifier of its plan.
+
+    whose: for each end the index of the end in the goal as it was sent, which may be in tool space.
+    """
 
     goal: m.Goal
     primitive: Primitive
     request: MotionRequest
     origin: Origin
+    whose: list[int]
     verify: Verifier
 
     @property
@@ -125,9 +135,14 @@ class Solver:
         """
         whose = list(range(1 + len(goal.alternatives)))
         if is_in_tool_space(goal):
-            goal, whose = self._tool_space.in_joint_space(goal, primitive, origin)
+            try:
+                goal, whose = self._tool_space.in_joint_space(goal, primitive, origin)
+            except Refusal as refusal:
+                if refusal.code != "unreachable":
+                    raise
+                raise none_of([refusal] * len(whose), whose, joints_of(self._config)) from None
         request = motion_request(goal, primitive, self._config, origin)
-        case = _Case(goal, primitive, request, origin, self._verifier(goal, origin))
+        case = _Case(goal, primitive, request, origin, whose, self._verifier(goal, origin))
         began, alternative = time.perf_counter(), 0
         try:
             if goal.method == "qp":
@@ -185,22 +200,23 @@ class Solver:
         If none was found, the goal's own end is planned alone: if its share of the planning time ran out, or if the
         refusal can then name a duration that works.
         """
-        found, late = ends(case.goal, case.request, self._config, case.origin)
-        which, warm = list(found), self._warm.get(case.goal.primitive)
-        try:
-            best, made = plan_best(
-                case.primitive, case.request, list(found.values()), self._config.tick, warm, case.verify
-            )
-            return which[best], made
-        except AllRefused as refused:
-            errors: dict[int, MotionError | Refusal] = {**late, **dict(zip(which, refused.errors, strict=True))}
+        found, late = ends(case.goal, case.primitive, case.request, self._config, case.origin)
+        which, offered = list(found), list(found.values())
+        errors: dict[int, MotionError | Refusal] = dict(late)
+        if offered:
+            warm = self._warm.get(case.goal.primitive)
+            try:
+                best, made = plan_best(case.primitive, case.request, offered, self._config.tick, warm, case.verify)
+                return which[best], made
+            except AllRefused as refused:
+                errors |= dict(zip(which, refused.errors, strict=True))
         own, *others = (errors[index] for index in sorted(errors))
         if isinstance(own, OutOfTime) or case.may_take_longer:
             try:
                 return 0, self._own(case)
             except MotionError as error:
                 own = error
-        raise none_of([own, *others], joints_of(self._config))
+        raise none_of([own, *others], case.whose, joints_of(self._config))
 
     def _own(self, case: _Case) -> SplinePlan:
         """Return the plan of the goal's own end."""
@@ -209,9 +225,11 @@ class Solver:
         try:
             case.verify(made)
         except TorqueExceeded as error:
-            slower = self._slower(case, case.request) if remedy else None
-            if slower is None:
+            if not remedy:
                 raise
+            slower, _ = self._slower(case, case.request)
+            if slower is None:
+                raise replace(error, otherwise=NO_DURATION) from None
             works = slower.request
             raise replace(error, min_duration=works.duration, waypoint_times=works.waypoint_times) from None
         return made
@@ -221,23 +239,49 @@ class Solver:
         made = plan_fastest(case.primitive, case.request, self._config.tick)
         try:
             case.verify(made)
-        except TorqueExceeded:
-            if (slower := self._slower(case, made.request)) is None:
-                raise
-            return slower
+        except TorqueExceeded as error:
+            slower, failed = self._slower(case, made.request)
+            if slower is None:
+                raise replace(error, otherwise=NO_DURATION) from None
+            return self._shortened(case, slower, failed)
         return made
 
-    def _slower(self, case: _Case, request: MotionRequest) -> SplinePlan | None:
-        """Return a valid plan with a longer duration than that of `request`, or None."""
-        for factor in SLOWER:
-            duration = math.ceil(factor * request.duration * self._config.rate_hz) / self._config.rate_hz
-            if duration > MAX_PLAN_S:
+    def _slower(self, case: _Case, request: MotionRequest) -> tuple[SplinePlan | None, int]:
+        """Return a valid plan with a longer duration than that of `request`, or None; and the longest that failed.
+
+        The duration that failed is in ticks.
+        """
+        longest = min(MAX_PLAN_S, MOST_SLOWER * max(request.duration, case.primitive.duration))
+        failed = round(request.duration * self._config.rate_hz)
+        for factor in chain(SLOWER, (SLOWER[-1] * GROWTH**k for k in count(1))):
+            ticks = math.ceil(factor * request.duration * self._config.rate_hz)
+            if ticks > longest * self._config.rate_hz:
                 break
-            try:
-                slow = request.stretched(duration)
-                made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
-                case.verify(made)
-            except MotionError:
-                continue
-            return made
-        return None
+            if slow := self._in_ticks(case, request, ticks):
+                return slow, failed
+            failed = ticks
+        return None, failed
+
+    def _shortened(self, case: _Case, found: SplinePlan, failed: int) -> SplinePlan:
+        """Return a valid plan in nearly the shortest duration between `failed`, in ticks, and that of `found`.
+
+        The verifier then has the findings of this plan, the last valid one.
+        """
+        works = round(found.duration * self._config.rate_hz)
+        while works - failed > max(1, PRECISION * failed):
+            middle = (failed + works) // 2
+            if shorter := self._in_ticks(case, found.request, middle):
+                found, works = shorter, middle
+            else:
+                failed = middle
+        return found
+
+    def _in_ticks(self, case: _Case, request: MotionRequest, ticks: int) -> SplinePlan | None:
+        """Return the plan of `request` in a duration of `ticks`, or None if it is not valid."""
+        try:
+            slow = request.stretched(ticks / self._config.rate_hz)
+            made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
+            case.verify(made)
+        except MotionError:
+            return None
+        return made

@@ -16,7 +16,7 @@ from protocol import messages as m
 from robot.description import RobotConfig
 from robot.kinematics import Kinematics
 from robot.tool_target import ToolTarget, Unreachable, rotation_of
-from services.planner.goals import Origin, duration_of, limits_of
+from services.planner.goals import Origin, limits_of, planned_duration
 from services.planner.refusals import invalid, unreachable
 
 if TYPE_CHECKING:  # importing mink takes a third of a second
@@ -128,7 +128,7 @@ class ToolSpace:
         """Return the waypoints in joint space, near the imitated motion adapted to start, end and earlier waypoints."""
         if not any(waypoint.tool is not None for waypoint in goal.waypoints):
             return goal.waypoints
-        duration = duration_of(goal, primitive, self._config, origin)
+        duration = planned_duration(goal, primitive, self._config, origin)
         phase = origin.correction.phase if origin.correction else 0.0
         end = primitive.goal.positions if goal.positions is None else np.array(goal.positions)
 

@@ -27,9 +27,9 @@ otherwise; the tables leave it out. Requests are Zenoh queries (`get` with a pay
 changes something is refused on a key with a wildcard.
 
 **Encoding.** A body is one msgpack map with string keys. Zenoh's encoding is set to `application/msgpack` on all
-messages and ignored on receipt. An absent body counts as `{{}}`. Vectors over joints are arrays in the order of
-`joint_names`. A matrix is `bin`: little-endian float64, row-major, one row a sample; an array of more dimensions is
-stored with its last index fastest. `version` is 1 and may be left out.
+messages and ignored on receipt. An absent body counts as `{{}}`; of a key that appears twice, the last value counts.
+Vectors over joints are arrays in the order of `joint_names`. A matrix is `bin`: little-endian float64, row-major, one
+row a sample; an array of more dimensions is stored with its last index fastest. `version` is 1 and may be left out.
 
 **Units** are SI, unless the name ends in another unit.
 
@@ -92,12 +92,12 @@ MEANINGS = {
     "exceeded its budget; then the detail has `min_duration` and `waypoint_times` like that of `infeasible`",
     "late": "the start of the motion has passed; of `revises`: its hit has passed",
     "superseded": "planned before another motion was accepted, cancelled or reset; of `revises`: its motion was "
-    "replaced or stopped",
+    "replaced or stopped. Of `execute` the detail also has `cause`: `plan` after another motion, else `break`",
     "busy": "a motion is under way and the goal may not preempt it; the queue of requests is full; or motions of ten "
     "minutes wait",
     "not_holder": "a motion of another client, with a lease, is under way",
     "unavailable": "the service that is needed does not answer, or has an internal error, such as a full disk; the "
-    "detail of a goal also has its `goal_id`, because the motion may have started",
+    "detail of a goal also has its `goal_id`, and the sentence says so if its motion may have started",
     "fault": "the controller is in a fault; `reset` ends it, or `recover` if the arm does not follow commands",
     "wrong_clock": "the request needs the stepped clock",
 }

@@ -15,8 +15,8 @@ Kind = Literal["acceleration", "torque", "noise", "ball-noise", "wind", "loss"]
 KINDS: Mapping[Kind, tuple[DisturbanceKind, set[str], set[str]]] = {
     "acceleration": ("acceleration", {"--values", "--duration"}, {"--at"}),
     "torque": ("torque", {"--values", "--duration"}, {"--at"}),
-    "noise": ("sensor_noise", {"--position-std", "--velocity-std"}, set()),
-    "ball-noise": ("ball_noise", {"--position-std"}, {"--latency", "--drop-rate"}),
+    "noise": ("sensor_noise", set(), {"--position-std", "--velocity-std"}),
+    "ball-noise": ("ball_noise", set(), {"--position-std", "--latency", "--drop-rate"}),
     "wind": ("wind", {"--values"}, set()),
     "loss": ("loss", {"--stream", "--duration"}, set()),
 }
@@ -110,11 +110,12 @@ def disturb(
         values: Push on each joint, rad/s² or N·m; or wind along x, y and z, m/s.
         at: Start of the push, s on the robot's clock; by default now.
         duration: Duration of the push or the loss, s.
-        position_std: Standard deviation of measured joint positions, rad, or of the ball's, m, until set again.
-        velocity_std: Standard deviation of measured joint velocities, rad/s, until set again.
+        position_std: Standard deviation of measured joint positions, rad, or of the ball's, m, until set again; 0
+            without it.
+        velocity_std: Standard deviation of measured joint velocities, rad/s, until set again; 0 without it.
         stream: Stream whose messages are dropped.
-        latency: Delay of the ball's measurements, s, until set again.
-        drop_rate: Fraction of the ball's measurements that are dropped, 0 to 1, until set again.
+        latency: Delay of the ball's measurements, s, until set again; 0 without it.
+        drop_rate: Fraction of the ball's measurements that are dropped, 0 to 1, until set again; 0 without it.
         shell: How to reach the robot.
     """
     given = {"--values": values or None, "--at": at, "--duration": duration, "--stream": stream}

@@ -1,5 +1,6 @@
 """Commands to the controller: motions and its state."""
 
+import sys
 from typing import Annotated
 
 from tyro.conf import arg
@@ -56,7 +57,10 @@ def cancel(goal_id: AnyGoal = None, *, shell: Shared) -> None:
         shell: How to reach the robot.
     """
     with reach(shell) as link:
-        link.print(link.arm.cancel(goal_id))
+        canceled = link.arm.cancel(goal_id)
+        link.print(canceled)
+        if goal_id is not None and canceled.goal_id is None:
+            print(f"goal {goal_id} has ended or was replaced; without an id, cancel stops any motion", file=sys.stderr)
 
 
 def reset(*, shell: Shared) -> None:

@@ -18,7 +18,7 @@ MODE_STYLES = {"holding": "green", "tracking": "cyan", "stopping": "yellow", "fa
 
 def _stopping(reply: m.Canceled) -> Sequence[str]:
     if reply.goal_id is None:
-        return ["nothing moves"]
+        return ["nothing was stopped", f"at rest at {reply.stop_time:.3f} s"]
     return [f"stopping goal {reply.goal_id}", f"at rest at {reply.stop_time:.3f} s"]
 
 

@@ -43,7 +43,7 @@ def test_the_optimum_agrees_with_cvxopt(figure: Primitive, ask: Ask, paper_limit
     matrices = [cvxopt.matrix(x) for x in (program.P, program.c, *inequalities, program.A, program.b)]
     options = {"show_progress": False, "abstol": 1e-10, "reltol": 1e-10, "feastol": 1e-10}
     theirs = np.array(cvxopt.solvers.qp(*matrices, options=options)["x"])[:, 0]
-    ours = optimum(program, 0, request.duration)
+    ours = optimum(program, 0)
     whole = figure.sample(INSTANTS).accelerations
     spent = float(np.mean(whole**2))
 
@@ -58,7 +58,7 @@ def test_the_optimum_agrees_with_cvxopt(figure: Primitive, ask: Ask, paper_limit
 def test_limits_hold_at_every_sample_of_the_program(figure: Primitive, ask: Ask, paper_limits: Limits) -> None:
     request = ask(goal=(-1.0, 10.0), limits=paper_limits)
     program = program_of(figure, request)
-    w = optimum(program, 0, 1.0)
+    w = optimum(program, 0)
     values = program.G @ w
     width = np.ptp(paper_limits.ranges[0], axis=1)[program.quantity]
     assert np.all(values >= program.low - TOLERANCE * width)

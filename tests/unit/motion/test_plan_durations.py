@@ -93,6 +93,6 @@ def test_infeasible_names_no_duration_if_none_works(strike: Primitive, ask: Ask,
 
 
 def test_infeasible_lists_five_waypoint_times_and_counts_the_others() -> None:
-    error = Infeasible(0, "jerk", 0.25, 2.0, [0.02 * k for k in range(1, 99)])
+    error = Infeasible(0, "jerk", 0.25, (-9.0, 9.0), 2.0, [0.02 * k for k in range(1, 99)])
     assert str(error).endswith("works with waypoints at 0.02 s, 0.04 s, 0.06 s, 0.08 s, 0.1 s and 93 more")
     assert len(error.waypoint_times or []) == 98

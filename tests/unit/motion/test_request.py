@@ -94,8 +94,11 @@ def test_values_beyond_a_limit_by_rounding_are_moved_onto_it(ask: Ask) -> None:
     [
         (LimitExceeded(2, "velocity", 9.5, 8.0), ["joint 2", "velocity", "9.5 rad/s lies", "at most 8 rad/s"]),
         (LimitExceeded(0, "position", -3.0, -2.0), ["joint 0", "position", "-3 rad lies", "at least -2 rad"]),
-        (Infeasible(1, "jerk", 0.25, 1.234, [0.5]), ["joint 1", "jerk", "0.250 s", "1.234 s works", "0.5 s"]),
-        (Infeasible(1, "jerk", 0.25, None, None), ["joint 1", "allow more time"]),
+        (
+            Infeasible(1, "jerk", 0.25, (-9.0, 9.0), 1.234, [0.5]),
+            ["joint 1", "jerk limit of 9 rad/s³", "0.250 s", "1.234 s works", "0.5 s"],
+        ),
+        (Infeasible(1, "jerk", 0.25, (-9.0, 9.0)), ["joint 1", "allow more time"]),
         (CannotStop(3, -4.5), ["joint 3", "-4.5 rad/s", "rest"]),
         (SolverFailed(4, "PIQP_NUMERICS"), ["joint 4", "PIQP_NUMERICS"]),
     ],

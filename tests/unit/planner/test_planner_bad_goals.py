@@ -111,7 +111,7 @@ def test_an_alternative_too_far_ahead_is_refused_with_its_index(primitive: Primi
     alternatives = [m.Alternative(), m.Alternative(arrival_time=900.0)]
     goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
     with pytest.raises(Refusal, match=r"^alternatives\[1\]\.arrival_time 900.0 s") as caught:
-        ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+        ends(goal, primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
     assert caught.value.code == "invalid_goal"
 
 
@@ -130,7 +130,7 @@ def test_a_primitive_with_another_joint_count_is_refused(primitive: Primitive):
             {"joint": "joint_3", "quantity": "velocity", "value": 13.0, "bound": 12.0},
         ),
         (
-            Infeasible(1, "jerk", 0.25, 0.9, [0.3]),
+            Infeasible(1, "jerk", 0.25, (-9.0, 9.0), 0.9, [0.3]),
             "infeasible",
             {
                 "joint": "joint_2",

@@ -93,7 +93,8 @@ def test_corrections_that_are_impossible_are_refused(
         corrections.correction(asked, at)
     assert refusal.value.code == code
     if code == "late":
-        assert f"the hit of goal 'first' is at 12.000 s, but a correction can begin at {at.time:.3f} s" in str(refusal)
+        said = f"the hit of goal 'first' was due at 12.000 s, but a correction can begin at {at.time:.3f} s"
+        assert said in str(refusal)
 
 
 def test_the_oldest_motions_are_forgotten(corrections: Corrections):

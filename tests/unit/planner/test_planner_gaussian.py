@@ -248,7 +248,7 @@ def test_the_death_of_the_worker_is_reported_and_another_one_started(harness: Pl
     with harness.planning(strike(goal_id="lost")) as answer:
         os.kill(first, signal.SIGKILL)
     refusal = harness.refusal(answer)
-    assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner"})
+    assert (refusal.code, refusal.detail) == ("unavailable", {"service": "planner", "goal_id": "lost"})
     assert "the plan process died; send this again" in refusal.message
     assert harness.controller.executed == []
     harness.ask(strike(goal_id="lost"))

@@ -67,7 +67,7 @@ def test_alternatives_override_the_goals_fields(primitive: Primitive):
         duration=1.0,
         alternatives=[m.Alternative(duration=0.7001), m.Alternative(positions=[0.2] * 6, arrival_time=2.5)],
     )
-    found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    found, late = ends(goal, primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
     own, shorter, elsewhere = found.values()
     assert not late
     assert (own.duration, shorter.duration, elsewhere.duration) == pytest.approx((1.0, 0.701, 0.5))
@@ -80,10 +80,19 @@ def test_a_late_alternative_is_left_out(primitive: Primitive):
     """The other ends remain."""
     alternatives = [m.Alternative(arrival_time=1.0), m.Alternative(duration=0.5)]
     goal = m.Goal(primitive="forehand", positions=HOME, alternatives=alternatives)
-    found, late = ends(goal, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    found, late = ends(goal, primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
     assert (list(found), list(late)) == ([0, 2], [1])
     assert str(late[1]).startswith("alternatives[0].arrival_time 1.0 s")
     assert late[1].code == "late"
+
+
+def test_a_late_goal_has_alternatives(primitive: Primitive):
+    """Its own end is left out, and so are alternatives without a time of their own."""
+    alternatives = [m.Alternative(duration=0.5), m.Alternative(positions=[0.2] * 6)]
+    goal = m.Goal(primitive="forehand", positions=HOME, arrival_time=1.0, alternatives=alternatives)
+    found, late = ends(goal, primitive, motion_request(goal, primitive, ROBOT, ORIGIN), ROBOT, ORIGIN)
+    assert (list(found), list(late)) == ([1], [0, 2])
+    assert late[2].message.startswith("arrival_time 1.0 s has passed")
 
 
 def test_limits_are_the_tighter_of_goal_and_robot(primitive: Primitive):

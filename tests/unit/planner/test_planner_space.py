@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motion.demonstration import Demonstration
+from motion.limits import Limits
 from motion.primitive import Primitive, learn
 from motion.request import Boundary
 from protocol import messages as m
@@ -187,8 +188,28 @@ def test_a_refusal_of_all_alternatives_names_a_duration(harness: SolverHarness):
 
 
 def test_the_fastest_motion_keeps_the_torque_limits(harness: SolverHarness):
-    made = harness.solved(positions=harness.home(STRONG[harness.name].moved), fastest=True, duration=None)
+    """In 3 % less time the limits cannot be kept."""
+    positions = harness.home(STRONG[harness.name].moved)
+    made = harness.solved(positions=positions, fastest=True, duration=None)
     assert np.all(np.abs(harness.torques(made)) <= harness.config.torques * 1.001)
+    refusal = harness.refused(positions=positions, duration=0.97 * made.plan.duration)
+    assert refusal.detail["quantity"] == "torque"
+
+
+def test_the_fastest_motion_is_found_where_torques_need_many_times_the_duration(harness: SolverHarness):
+    """All other limits are so high that they allow a far shorter motion."""
+    home = harness.config.home
+    loose = Limits(harness.config.limits.positions, 1e3 + 0 * home, 1e5 + 0 * home, 1e8 + 0 * home)
+    config = replace(harness.config, limits=loose)
+    wide = replace(harness, config=config, solver=Solver(config))
+    made = wide.solved(positions=wide.home(STRONG[wide.name].moved), fastest=True, duration=None)
+    assert np.all(np.abs(wide.torques(made)) <= wide.config.torques * 1.001)
+
+
+def test_an_unreachable_tool_goal_names_its_alternatives(harness: SolverHarness):
+    ends = [m.Alternative(duration=1.5), m.Alternative(duration=2.5)]
+    refusal = harness.refused(tool=m.ToolGoal(position=(5.0, 0.0, 0.0)), alternatives=ends)
+    assert (refusal.code, refusal.detail["alternatives"]) == ("unreachable", ["unreachable", "unreachable"])
 
 
 def test_motions_of_other_methods_are_checked(harness: SolverHarness):

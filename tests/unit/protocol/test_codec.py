@@ -73,7 +73,8 @@ def test_a_body_may_be_the_map_of_joints_itself():
         assert decode(cast(bytes, msgpack.packb(body)), m.Hold) == m.Hold(joints={"finger": 0.5})
     for body, field in (({}, "joints"), ({"version": 1}, "joints"), ({"finger": "open"}, "finger")):
         assert refusal(body, m.Hold).detail["field"] == field
-    assert refusal({"finger": float("nan")}, m.Hold).detail["field"] == "finger"
+    assert refusal({"finger": float("nan")}, m.Hold).message == "finger is nan; it must be finite"
+    assert refusal({"joints": 3}, m.Hold).message == "joints: expected map, got int"
 
 
 def test_an_unknown_field_is_refused_with_a_list_of_the_known_ones():

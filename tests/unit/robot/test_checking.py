@@ -25,7 +25,7 @@ MODEL = """
           <site name="tip" pos=".5 0 0"/>
           <body name="finger" pos=".5 0 0">
             <joint name="{finger}" type="slide" axis="0 1 0" range="0 .04"/>
-            <geom size=".01" mass=".05" {shape}/>
+            <geom size=".01" mass=".05" {shape} {tip}/>
           </body>
         </body>
       </body>
@@ -42,6 +42,7 @@ SOUND = {
     "second": "-2.5 2.5",
     "mass": "1",
     "shape": "",
+    "tip": "",
     "ground": "",
     "post": "3",
     "finger": "f",
@@ -105,7 +106,12 @@ def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
         ({"held": "", "finger": ""}, "warning", "holds a joint of finger: they hang limp; name them in the model, and"),
         ({"names": '["b", "a"]'}, "warning", "b stands before a, which carries it"),
         ({"upper": ""}, "warning", "1 bodies of the arm have no name (body 2)"),
-        ({"shape": 'contype="0" conaffinity="0"'}, "warning", "no link of the arm has collision geometry"),
+        (
+            {"shape": 'contype="0" conaffinity="0"'},
+            "warning",
+            "no link of the arm has collision geometry: upper, lower, fi",
+        ),
+        ({"tip": 'contype="0" conaffinity="0"'}, "warning", "links without collision geometry: finger; their contacts"),
         (
             {"ground": '<geom name="soil" type="hfield" hfield="hills" pos="0 0 -2"/>'},
             "warning",

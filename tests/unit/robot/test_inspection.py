@@ -31,6 +31,12 @@ def test_a_clean_recording_has_no_warnings(noise: float) -> None:
     assert warnings(TIMES, REACH + noise * np.random.default_rng(0).standard_normal(REACH.shape)) == []
 
 
+def test_samples_that_are_mostly_noise_are_warned_of() -> None:
+    """The spline follows their mean, so that the distance of the samples alone says nothing."""
+    noisy = REACH + [0.0, 0.0, 0.3] * np.random.default_rng(0).standard_normal(REACH.shape)
+    assert any(said.startswith("wrist has noise of 0.") for said in warnings(TIMES, noisy))
+
+
 def test_a_start_or_end_in_motion_is_warned_of() -> None:
     (begins,) = warnings(TIMES[100:], REACH[100:])
     assert begins.startswith("the demonstration begins moving: shoulder at 0.4")

@@ -42,7 +42,7 @@ MUTATIONS: dict[str, tuple[Path, Change, Change, str]] = {
         models.UR5E_URDF,
         swap('lower="-3.141592653589793" upper="3.141592653589793"', 'lower="-180" upper="180"'),
         same,
-        "elbow_joint: its range of -180 to 180 rad looks like degrees; a URDF is in radians",
+        "elbow_joint: its range of -180 to 180 rad looks like degrees, which are -3.14 to 3.14 rad; a URDF",
     ),
     "order": (models.UR5E_URDF, same, reverse_names, "write the names from the base to the tool"),
     "mimic": (

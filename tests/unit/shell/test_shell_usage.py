@@ -46,7 +46,7 @@ def test_the_installed_script_runs_the_same_program():
         (["goal", "forehand", "--positions", "1", "two"], "--positions: 'two' is not a finite number"),
         (["goal", "forehand", "--plan-only", "--wait"], "--plan-only moves nothing"),
         (["goal", "forehand", "--save", "absent/plan"], "--save absent/plan: there is no directory absent"),
-        (["disturb", "noise"], "disturb noise needs --position-std and --velocity-std"),
+        (["disturb", "loss"], "disturb loss needs --duration and --stream"),
         (["reset-sim", "--ball-velocity", "1", "0", "0"], "--ball-velocity needs --ball"),
         (["learn", "absent.csv"], "absent.csv cannot be read: No such file or directory"),
         (["learn", "absent.csv", "--map", "elbow"], "--map elbow: write THEIRS=OURS"),

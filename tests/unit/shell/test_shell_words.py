@@ -185,7 +185,7 @@ def test_contradictory_flags_are_refused(flags, sentence):
 @pytest.mark.parametrize(
     ("kind", "given", "sentence"),
     [
-        ("noise", {"--position-std"}, "disturb noise needs --velocity-std"),
+        ("noise", {"--position-std", "--values"}, "disturb noise does not take --values"),
         ("torque", {"--at"}, "disturb torque needs --duration and --values"),
         ("loss", {"--stream", "--duration", "--at"}, "disturb loss does not take --at"),
     ],
