@@ -282,6 +282,6 @@ class Solver:
             slow = request.stretched(ticks / self._config.rate_hz)
             made = plan(case.primitive, slow, self._config.tick, remedy=False, thorough=False)
             case.verify(made)
-        except MotionError:
+        except (MotionError, Refusal):  # a Refusal: with its stop it is too long
             return None
         return made

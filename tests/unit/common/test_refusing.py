@@ -1,11 +1,11 @@
-"""Names of joints in refusals that give a value by its index."""
+"""Names of joints in refusals that give a value by its index; ids of refused goals."""
 
 import pytest
 
 from protocol.codec import bad_message, decode, encode
 from protocol.errors import Refusal
 from protocol.messages import Goal
-from services.common.refusing import with_joint
+from services.common.refusing import with_goal, with_joint
 
 NAMES = "pan", "lift", "elbow"
 
@@ -45,3 +45,18 @@ def test_a_decoded_goal():
 def test_without_names_nothing_changes():
     refusal = bad_message("positions[0]", "positions[0] is nan; it must be finite")
     assert with_joint(refusal, ()) is refusal
+
+
+@pytest.mark.parametrize(
+    ("refusal", "detail"),
+    [
+        (Refusal("unavailable", "no answer", service="controller"), {"service": "controller", "goal_id": "g"}),
+        (Refusal("late", "has passed", goal_id=None), {"goal_id": "g"}),
+        (Refusal("late", "the hit has passed", goal_id="revised"), {"goal_id": "revised"}),
+        (Refusal("busy", "the queue is full", goal_id=None), {"goal_id": None}),
+    ],
+)
+def test_a_refused_goal_is_named(refusal: Refusal, detail: dict[str, str | None]):
+    """Unless the detail names another goal, or could."""
+    assert with_goal(refusal, "g").detail == detail
+    assert with_goal(refusal, None) is refusal
