@@ -158,6 +158,9 @@ def _check_alternatives(goal: m.Goal, joints: int) -> None:
         if end.duration is not None and end.arrival_time is not None:
             raise _invalid(f"{field}.arrival_time", f"{field}: give duration or arrival_time, not both")
         _check_duration(end.duration, f"{field}.duration")
+        if (goal.rest_fraction or goal.follow_through) and any(end.accelerations or ()):
+            sentence = "must be null or 0 with a rest_fraction or a follow_through"
+            raise _invalid(f"{field}.accelerations", f"{field}.accelerations {sentence}")
 
 
 def _invalid(field: str, sentence: str) -> Refusal:

@@ -39,6 +39,10 @@ def test_an_arrival_that_has_passed_is_late(primitive: Primitive, time: float):
         ("alternatives", {"alternatives": [m.Alternative(duration=1.0)], "method": "dmp"}),
         ("alternatives[1].duration", {"alternatives": [m.Alternative(), m.Alternative(duration=61.0)]}),
         ("alternatives[0].arrival_time", {"alternatives": [m.Alternative(duration=1.0, arrival_time=3.0)]}),
+        (
+            "alternatives[0].accelerations",
+            {"rest_fraction": 0.1, "alternatives": [m.Alternative(accelerations=[1.0, *FREE])]},
+        ),
         ("fastest", {"fastest": True, "duration": 1.0}),
         ("fastest", {"fastest": True, "arrival_time": 3.0}),
         ("fastest", {"fastest": True, "waypoints": [m.Waypoint(time_from_start=0.2)]}),
