@@ -61,12 +61,8 @@ def decode(data: bytes, kind: type[Kind], max_bytes: int = SMALL) -> Kind:
     try:
         return _decoder(kind).decode(whole)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        refusal = _refusal_of(error, kind, whole)
-    if whole is not data:  # the sender did not write the name of the field
-        prefix = f"{getattr(kind, 'BARE', '')}."
-        field, sentence = (text.removeprefix(prefix) for text in (refusal.detail["field"], refusal.message))
-        refusal = bad_message(field, sentence)
-    raise refusal
+        # No variable of this frame keeps the refusal: with its traceback it would be a cycle.
+        raise _refusal_of(error, kind, whole, "" if whole is data else f"{getattr(kind, 'BARE', '')}.") from None
 
 
 def _with_field(data: bytes, kind: type[msgspec.Struct]) -> bytes:
@@ -178,8 +174,11 @@ def _plain(value: Any) -> object:
     raise TypeError(f"a value of the type {type(value).__name__} cannot be sent")
 
 
-def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Refusal:
-    """Return the refusal that explains why a body could not be decoded."""
+def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes, unsaid: str) -> Refusal:
+    """Return the refusal that explains why a body could not be decoded.
+
+    unsaid: begin of the paths of its fields that the sender did not write.
+    """
     if _JSON.match(data[:MAX_BEGINNING]):
         return bad_message("", "the body looks like JSON; send the same as msgpack")
     body: Any = {}
@@ -195,7 +194,8 @@ def _refusal_of(error: Exception, kind: type[msgspec.Struct], data: bytes) -> Re
     if not isinstance(body, dict):
         return bad_message("", f"the body is {_describe(body)}; send a msgpack map with string keys")
     if isinstance(error, msgspec.ValidationError):
-        return _explain(error, kind, body)
+        found = _explain(error, kind, body)
+        return bad_message(*(text.removeprefix(unsaid) for text in (found.detail["field"], found.message)))
     return _unreadable(error)
 
 

@@ -79,7 +79,9 @@ def ends(
     try:
         found[0] = End(own, duration_of(goal, primitive, config, origin))
     except Refusal as refusal:
-        late[0] = _only_late(refusal)
+        if refusal.code != "late":
+            raise
+        late[0] = refusal
     for index, end in enumerate(goal.alternatives, 1):
         boundary = Boundary(
             own.positions if end.positions is None else _vector(end.positions, joints, "positions"),
@@ -92,7 +94,9 @@ def ends(
             try:
                 duration = _duration_until(end.arrival_time, goal, config, origin, field)
             except Refusal as refusal:
-                late[index] = _only_late(refusal)
+                if refusal.code != "late":
+                    raise
+                late[index] = refusal
                 continue
         elif end.duration is not None:
             duration = _whole_ticks(end.duration, config)
@@ -179,17 +183,9 @@ def planned_duration(goal: m.Goal, primitive: Primitive, config: RobotConfig, or
     try:
         return duration_of(goal, primitive, config, origin)
     except Refusal as refusal:
-        if not goal.alternatives:
+        if refusal.code != "late" or not goal.alternatives:
             raise
-        _only_late(refusal)
         return min(primitive.duration, MAX_PLAN_S)
-
-
-def _only_late(refusal: Refusal) -> Refusal:
-    """Return the refusal of an end that is late; raise any other."""
-    if refusal.code != "late":
-        raise refusal
-    return refusal
 
 
 def _whole_ticks(duration: float, config: RobotConfig) -> float:

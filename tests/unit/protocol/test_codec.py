@@ -1,5 +1,7 @@
 """The codec: refusals that name the field and a remedy, bounds on size and memory, and matrices."""
 
+import contextlib
+import gc
 import tracemalloc
 from typing import Any, cast
 
@@ -75,6 +77,25 @@ def test_a_body_may_be_the_map_of_joints_itself():
         assert refusal(body, m.Hold).detail["field"] == field
     assert refusal({"finger": float("nan")}, m.Hold).message == "finger is nan; it must be finite"
     assert refusal({"joints": 3}, m.Hold).message == "joints: expected map, got int"
+
+
+@pytest.mark.parametrize(
+    ("body", "kind"),
+    [({"finger": "open"}, m.Hold), ({"joints": 3}, m.Hold), ({"lead": "a"}, m.ReferenceRequest), ({"a": 1}, m.Step)],
+)
+def test_a_refusal_leaves_no_garbage(body: dict[str, Any], kind: type):
+    """The loops do not collect cycles, so a refusal that is part of one would stay in memory."""
+    data = cast(bytes, msgpack.packb(body))
+    with contextlib.suppress(Refusal):
+        decode(data, kind)  # builds what all later calls share
+    gc.collect()
+    gc.disable()
+    try:
+        with contextlib.suppress(Refusal):
+            decode(data, kind)
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
 
 
 def test_an_unknown_field_is_refused_with_a_list_of_the_known_ones():
