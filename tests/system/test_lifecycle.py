@@ -116,8 +116,8 @@ def test_a_planner_alone_plans(tmp_path: Path):
         assert reply.trajectory is not None
         positions = matrix(reply.trajectory.positions, reply.trajectory.count, len(HOME), "positions")
         assert positions[0] == pytest.approx(HOME, abs=1e-12)
-        refusal = stack.refused_goal(primitive="forehand", positions=HOME)
-        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "controller"})
+        refusal = stack.refused_goal(primitive="forehand", positions=HOME, goal_id="alone")
+        assert (refusal.code, refusal.detail) == ("unavailable", {"service": "controller", "goal_id": "alone"})
         process = supervisor.running["planner"]
     assert process.returncode == 0
 
