@@ -73,8 +73,8 @@ def _with_field(data: bytes, kind: type[msgspec.Struct]) -> bytes:
         values = msgspec.msgpack.decode(data, type=dict[str, msgspec.Raw])
     except (msgspec.DecodeError, UnicodeDecodeError):
         return data
-    version = {name: values.pop(name) for name in ("version",) if name in values}
-    return msgspec.msgpack.encode({**version, field: values}) if values and field not in values else data
+    version = values.pop("version", 1)
+    return msgspec.msgpack.encode({"version": version, field: values}) if values and field not in values else data
 
 
 def _decoder(kind: type[Kind]) -> msgspec.msgpack.Decoder[Kind]:
